@@ -93,8 +93,8 @@ def scale(kind: str, path: str, name: str, factor: float) -> Break:
     def change(root: ET.Element) -> None:
         for element in root.findall(f"{kind}/{path}"):
             if element.get(name) is not None:
-                words = (element.get(name) or "").split()
-                element.set(name, " ".join(f"{factor * float(word):.12g}" for word in words))
+                values = (element.get(name) or "").split()
+                element.set(name, " ".join(f"{factor * float(x):.12g}" for x in values))
 
     return change
 

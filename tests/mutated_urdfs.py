@@ -38,8 +38,8 @@ def _one(rng: np.random.Generator, items: Iterable[ET.Element]) -> ET.Element | 
     return found[int(rng.integers(len(found)))] if found else None
 
 
-def _word(rng: np.random.Generator, words: tuple[str, ...]) -> str:
-    return words[int(rng.integers(len(words)))]
+def _pick(rng: np.random.Generator, texts: tuple[str, ...]) -> str:
+    return texts[int(rng.integers(len(texts)))]
 
 
 def _share(rng: np.random.Generator, items: list[ET.Element]) -> list[ET.Element]:
@@ -51,7 +51,7 @@ def _share(rng: np.random.Generator, items: list[ET.Element]) -> list[ET.Element
 
 def joint_types(rng: np.random.Generator, root: ET.Element) -> None:
     """`sed s/revolute/prismatic/`, of one, some or all joints."""
-    before, after = _word(rng, KINDS[:1] + KINDS), _word(rng, KINDS + NO_KINDS)
+    before, after = _pick(rng, KINDS[:1] + KINDS), _pick(rng, KINDS + NO_KINDS)
     for joint in _share(rng, [x for x in root.findall("joint") if x.get("type") == before]):
         joint.set("type", after)
 
@@ -60,7 +60,7 @@ def odd_attributes(rng: np.random.Generator, root: ET.Element) -> None:
     """An attribute is no number, or an absurd one."""
     element = _one(rng, (x for x in root.iter() if x.attrib))
     if element is not None:
-        name, value = _word(rng, tuple(element.attrib)), _word(rng, ODD)
+        name, value = _pick(rng, tuple(element.attrib)), _pick(rng, ODD)
         for other in _share(rng, [x for x in root.iter(element.tag) if name in x.attrib]):
             other.set(name, value)
 
@@ -70,10 +70,10 @@ def scaled_attributes(rng: np.random.Generator, root: ET.Element) -> None:
     element = _one(rng, (x for x in root.iter() if x.tag not in ("robot", "link", "joint")))
     if element is None or not element.attrib:
         return
-    name, factor = _word(rng, tuple(element.attrib)), FACTORS[int(rng.integers(len(FACTORS)))]
+    name, factor = _pick(rng, tuple(element.attrib)), FACTORS[int(rng.integers(len(FACTORS)))]
     for other in _share(rng, [x for x in root.iter(element.tag) if name in x.attrib]):
         try:
-            numbers = [factor * float(word) for word in (other.get(name) or "").split()]
+            numbers = [factor * float(text) for text in (other.get(name) or "").split()]
         except ValueError:
             continue
         other.set(name, " ".join(f"{number:.9g}" for number in numbers))
@@ -83,14 +83,14 @@ def lost_attributes(rng: np.random.Generator, root: ET.Element) -> None:
     """An attribute is missing."""
     element = _one(rng, (x for x in root.iter() if x.attrib))
     if element is not None:
-        name = _word(rng, tuple(element.attrib))
+        name = _pick(rng, tuple(element.attrib))
         for other in _share(rng, [x for x in root.iter(element.tag) if name in x.attrib]):
             del other.attrib[name]
 
 
 def lost_elements(rng: np.random.Generator, root: ET.Element) -> None:
     """Elements of one kind are missing in one, some or all places."""
-    tag = _word(rng, TAGS)
+    tag = _pick(rng, TAGS)
     places = [(owner, x) for owner in root.iter() for x in owner.findall(tag)]
     chosen = {id(x) for x in _share(rng, [x for _, x in places])}
     for owner, element in places:
@@ -100,7 +100,7 @@ def lost_elements(rng: np.random.Generator, root: ET.Element) -> None:
 
 def lost_parts(rng: np.random.Generator, root: ET.Element) -> None:
     """Links or joints are missing."""
-    for element in _share(rng, root.findall(_word(rng, ("link", "joint"))))[:9]:
+    for element in _share(rng, root.findall(_pick(rng, ("link", "joint"))))[:9]:
         root.remove(element)
 
 
@@ -114,11 +114,11 @@ def repeated_parts(rng: np.random.Generator, root: ET.Element) -> None:
 
 def other_names(rng: np.random.Generator, root: ET.Element) -> None:
     """A part gets a reserved name, none, or that of another one; its joints follow or do not."""
-    kind = _word(rng, ("link", "joint"))
+    kind = _pick(rng, ("link", "joint"))
     element, other = _one(rng, root.findall(kind)), _one(rng, root.findall(kind))
     if element is None or other is None:
         return
-    name = other.get("name") or "" if rng.random() < 0.5 else _word(rng, NAMES)
+    name = other.get("name") or "" if rng.random() < 0.5 else _pick(rng, NAMES)
     before = element.get("name")
     element.set("name", name)
     if kind == "link" and rng.random() < 0.6:
@@ -127,11 +127,11 @@ def other_names(rng: np.random.Generator, root: ET.Element) -> None:
                 end.set("link", name)
 
 
-def replaced_words(rng: np.random.Generator, root: ET.Element) -> None:
+def replaced_parts(rng: np.random.Generator, root: ET.Element) -> None:
     """`sed s/lf_/lm_/` in every name."""
     names = [x.get("name") or "" for x in (*root.findall("link"), *root.findall("joint"))]
-    words = tuple(sorted({word for name in names for word in name.split("_") if word})) or ("x",)
-    before, after = _word(rng, words), _word(rng, (*words, "", "x"))
+    parts = tuple(sorted({part for name in names for part in name.split("_") if part})) or ("x",)
+    before, after = _pick(rng, parts), _pick(rng, (*parts, "", "x"))
     for element in root.iter():
         for name, value in element.attrib.items():
             if name in ("name", "link", "joint", "joints", "foot"):
@@ -139,7 +139,7 @@ def replaced_words(rng: np.random.Generator, root: ET.Element) -> None:
 
 
 def other_ends(rng: np.random.Generator, root: ET.Element) -> None:
-    """A joint hangs on another link, on none, or the wrong way round."""
+    """A joint hangs on another link, on none, or with its ends swapped."""
     joint, link = _one(rng, root.findall("joint")), _one(rng, root.findall("link"))
     if joint is None or link is None:
         return
@@ -150,7 +150,7 @@ def other_ends(rng: np.random.Generator, root: ET.Element) -> None:
         parent.tag, child.tag = "child", "parent"
         return
     end = parent if rng.random() < 0.5 else child
-    end.set("link", _word(rng, (link.get("name") or "", link.get("name") or "", "nowhere")))
+    end.set("link", _pick(rng, (link.get("name") or "", link.get("name") or "", "nowhere")))
 
 
 def other_limits(rng: np.random.Generator, root: ET.Element) -> None:
@@ -165,14 +165,14 @@ def other_limits(rng: np.random.Generator, root: ET.Element) -> None:
         elif kind == 2:
             limit.attrib.update(lower="-10", upper="10")
         else:
-            limit.attrib.update(effort=_word(rng, ODD), velocity=_word(rng, ODD))
+            limit.attrib.update(effort=_pick(rng, ODD), velocity=_pick(rng, ODD))
 
 
 def coupled(rng: np.random.Generator, root: ET.Element) -> None:
     """A joint is coupled, damped or rubbed."""
     for joint in _share(rng, root.findall("joint")):
-        name = _word(rng, ("mimic", "dynamics"))
-        ET.SubElement(joint, name, joint="x", damping=_word(rng, ODD), friction=_word(rng, ODD))
+        name = _pick(rng, ("mimic", "dynamics"))
+        ET.SubElement(joint, name, joint="x", damping=_pick(rng, ODD), friction=_pick(rng, ODD))
 
 
 def other_order(rng: np.random.Generator, root: ET.Element) -> None:
@@ -187,17 +187,17 @@ def other_order(rng: np.random.Generator, root: ET.Element) -> None:
 def further_root(rng: np.random.Generator, root: ET.Element) -> None:
     """A link stands above the trunk, or beside it."""
     base = _one(rng, root.findall("link"))
-    name = _word(rng, ("world", "odom", "top"))
+    name = _pick(rng, ("world", "odom", "top"))
     root.insert(0, ET.Element("link", name=name))
     if base is not None and rng.random() < 0.8:
-        joint = ET.SubElement(root, "joint", name="top_joint", type=_word(rng, KINDS))
+        joint = ET.SubElement(root, "joint", name="top_joint", type=_pick(rng, KINDS))
         ET.SubElement(joint, "parent", link=name)
         ET.SubElement(joint, "child", link=base.get("name") or "")
 
 
 MUTATIONS: tuple[Mutation, ...] = (
     joint_types, odd_attributes, scaled_attributes, lost_attributes, lost_elements, lost_parts,
-    repeated_parts, other_names, replaced_words, other_ends, other_limits, coupled, other_order,
+    repeated_parts, other_names, replaced_parts, other_ends, other_limits, coupled, other_order,
     further_root,
 )  # fmt: skip
 

@@ -8,10 +8,14 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
+from rewriting.parts import about, roll_pitch_yaw
 
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
 from hexapod_pin.robot.description.urdf_file import UrdfFile, origin, parse_urdf
+from hexapod_pin.robot.reading.resources import ResourceFinder
+from hexapod_pin.robot.recognition.layout import RobotHints, RobotLayout
+from hexapod_pin.robot.recognition.recognise import recognise
 from hexapod_pin.robot.rotations import rotation
 
 
@@ -89,7 +93,7 @@ class Rewritten:
         return self
 
     def renamed(self) -> Rewritten:
-        """Give all links and joints names that say nothing."""
+        """Give all links and joints names without meaning."""
         links = [x.get("name") for x in self.root.findall("link")]
         new = {name: f"part{(7 * k) % 97}" for k, name in enumerate(links)}
         for k, joint in enumerate(self.root.findall("joint")):
@@ -137,12 +141,18 @@ class Rewritten:
     def _shift(self, joint: ET.Element, angle: float) -> None:
         xyz, rpy = origin(joint)
         axis = np.array([float(x) for x in joint.find("axis").get("xyz").split()])
-        _place(joint, np.array(xyz), rotation(rpy) @ _about(axis, angle))
+        _place(joint, np.array(xyz), rotation(rpy) @ about(axis, angle))
         for end in ("lower", "upper"):
             limit = joint.find("limit")
             limit.set(end, repr(float(limit.get(end)) - angle))
         name = joint.get("name")
         self.zero[name] = self.zero.get(name, 0.0) - angle
+
+
+def found(robot: str | Rewritten, folder: Path = Path("."), **hints: object) -> RobotLayout:
+    """Recognise a robot in a folder without what its text states itself."""
+    file = (Rewritten(robot) if isinstance(robot, str) else robot).file()
+    return recognise(file, ResourceFinder(folder / "rewritten.urdf"), RobotHints(**hints))  # type: ignore[arg-type]
 
 
 def ball_triangles(radius: float) -> Array:
@@ -176,21 +186,9 @@ def about_z(degrees: float) -> Array:
     return rotation((0.0, 0.0, math.radians(degrees)))
 
 
-def _about(axis: Array, angle: float) -> Array:
-    """Return the turn (3, 3) about a unit axis."""
-    x, y, z = axis
-    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    return np.eye(3) + math.sin(angle) * cross + (1 - math.cos(angle)) * cross @ cross
-
-
 def _place(element: ET.Element, xyz: Array, turn: Array) -> None:
     """Write an element's <origin>."""
     found = element.find("origin")
     found = ET.SubElement(element, "origin") if found is None else found
-    pitch = math.atan2(-turn[2, 0], math.hypot(turn[0, 0], turn[1, 0]))
-    if math.cos(pitch) > 1e-8:
-        roll, yaw = math.atan2(turn[2, 1], turn[2, 2]), math.atan2(turn[1, 0], turn[0, 0])
-    else:
-        roll, yaw = math.atan2(-turn[1, 2], turn[1, 1]), 0.0
-    found.set("xyz", " ".join(repr(float(x)) for x in xyz))
-    found.set("rpy", f"{roll!r} {pitch!r} {yaw!r}")
+    for name, values in (("xyz", xyz), ("rpy", roll_pitch_yaw(turn))):
+        found.set(name, " ".join(repr(float(x)) for x in values))

@@ -1,4 +1,4 @@
-"""A URDF in other conventions through the front doors: loaded, hinted, kept in cases and traces."""
+"""A URDF in other conventions is loaded, with hints, and stored in cases and traces."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def robot(file: Path) -> Robot:
 
 
 def same(first: Robot, second: Robot) -> None:
-    """Assert that two robots are the same to the bit, but for what is said of them."""
+    """Assert that two robots are the same to the bit, but for the sentences on them."""
     assert first.joint_names == second.joint_names
     assert [leg.joints for leg in first.legs] == [leg.joints for leg in second.legs]
     np.testing.assert_array_equal(first.posture, second.posture)
@@ -50,8 +50,8 @@ def same(first: Robot, second: Robot) -> None:
         np.testing.assert_array_equal(one.offset, other.offset)
 
 
-def test_what_is_inferred_is_said_and_stated(robot: Robot) -> None:
-    """The text of the robot says all: read again without hints it infers nothing new."""
+def test_inferences_are_reported_and_stated(robot: Robot) -> None:
+    """The text of the robot states all: read again without hints it infers nothing new."""
     assert any("forward" in text for text in robot.inferred)
     assert any("feet" in text for text in robot.inferred)
     again = robot_of(loaded_text(robot.urdf, "text", LoadOptions()), "text")
@@ -127,7 +127,7 @@ def test_arguments_go_before_hints_and_inference(file: Path, robot: Robot) -> No
     assert [robot.joint_names[k] for k in changed] == list(angle)
 
 
-def test_hints_on_a_file_that_says_all_are_obeyed_and_kept_in_the_text() -> None:
+def test_hints_on_a_file_that_states_all_are_obeyed_and_stored_in_the_text() -> None:
     """Nothing is inferred of a packaged robot: another front and other names still count."""
     own = hp.load_robot("kharagpur")
     turned = hp.load_robot("kharagpur", forward="-x")

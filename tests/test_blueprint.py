@@ -90,7 +90,7 @@ def test_athena_is_the_assumed_set() -> None:
 
 
 def test_additional_mass_at_the_joints() -> None:
-    """18 point masses: same total; coxa and trunk as the parallel-axis theorem says."""
+    """18 point masses: same total; coxa and trunk by the parallel-axis theorem."""
     spread = KHARAGPUR.model_copy(update={"additional_mass_placement": "joints"})
     share, written = 0.63146 / 18, links(spread)
     total = math.fsum(link.mass or 0.0 for link in written.values())

@@ -47,7 +47,7 @@ def test_four_rows_are_inconsistent() -> None:
     assert worst.unusable is None  # its line is as published
 
 
-def test_what_is_doubtful_or_missing_is_said() -> None:
+def test_doubtful_and_missing_numbers_are_reported() -> None:
     """MG996R is uncertain; DRS-0201 has neither speed nor mass, STS3250 no mass."""
     assert "bench test" in CATALOG.get("MG996R").flags[0]
     lame = CATALOG.get("HerkuleX DRS-0201")

@@ -1,4 +1,4 @@
-"""A user's file of motors: units, and every way in which a file or a row can be wrong."""
+"""A user's file of motors: units, and every fault of a file or a row."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def test_columns_that_contradict(
         hp.load_catalog(path)
 
 
-def test_all_bad_rows_are_told_at_once(tmp_path: Path) -> None:
+def test_all_bad_rows_are_reported_at_once(tmp_path: Path) -> None:
     """One message per row, and a name that stands twice names the first."""
     path = _write(tmp_path, HEADER, GOOD, "B,12,x,6,y", "a,12.0,2,6,1", "C,12,1,-6,1")
     with refused(CatalogError, source=str(path)) as caught:
@@ -144,12 +144,12 @@ def test_bad_header(
     ("column", "hinted"), [("makr", {"maker", "`note`"}), ("shop", {"`note`"})]
 )
 def test_unknown_column(tmp_path: Path, column: str, hinted: set[str]) -> None:
-    """A name much like it is told where there is one."""
+    """A similar name is shown where there is one."""
     path = _write(tmp_path, f"{HEADER},{column}", GOOD)
     with refused(CatalogError, source=str(path), line=1, column=column, value=column) as caught:
         hp.load_catalog(path)
     hint = caught.value.faults[0].hint
-    assert {word for word in ("maker", "`note`") if word in hint} == hinted
+    assert {name for name in ("maker", "`note`") if name in hint} == hinted
 
 
 def test_two_units_must_agree(tmp_path: Path) -> None:

@@ -143,97 +143,43 @@ def test_accurate_delivers_its_restitution_and_does_not_creep() -> None:
     assert contact.friction.creep_speed(0.69) == 0.0
 
 
-@pytest.mark.parametrize(
-    ("build", "name", "value", "allowed"),
-    [
-        (lambda: hp.contact.HuntCrossley(stiffness=-1.0), "HuntCrossley.stiffness", -1.0, (0.0,)),
-        (
-            lambda: hp.contact.HuntCrossley(stiffness=1e5, exponent=0.5),
-            "HuntCrossley.exponent",
-            0.5,
-            (),
-        ),
-        (lambda: hp.contact.HuntCrossley(stiffness=np.nan), "HuntCrossley.stiffness", np.nan, ()),
-        (lambda: hp.contact.KelvinVoigt(stiffness=1e5), "KelvinVoigt.damping", None, ()),
-        (
-            lambda: hp.contact.KelvinVoigt(stiffness=1e5, damping=-1.0),
-            "KelvinVoigt.damping",
-            -1.0,
-            (0.0,),
-        ),
-        (
-            lambda: hp.contact.Restitution(stiffness=1e5, restitution=2.0),
-            "Restitution.restitution",
-            2.0,
-            (1.0,),
-        ),
-        (
-            lambda: hp.contact.Restitution(stiffness=1e5, restitution=0.3, model="x"),
-            "Restitution.model",
-            "x",
-            (),
-        ),
-        (
-            lambda: hp.contact.Restitution(stiffness=1e5, restitution=0.3, speed_floor=0.0),
-            "Restitution.speed_floor",
-            0.0,
-            (0.0,),
-        ),
-        (lambda: hp.contact.TanhCoulomb(mu=-0.1, slope=1.0), "TanhCoulomb.mu", -0.1, (0.0,)),
-        (lambda: hp.contact.TanhCoulomb(mu=0.1, slope=0.0), "TanhCoulomb.slope", 0.0, (0.0,)),
-        (lambda: hp.contact.TanhCoulomb(mu=0.1, slope=1.0, kt=3.0), "TanhCoulomb.kt", 3.0, ()),
-        (
-            lambda: hp.contact.SmoothStep(mu_static=0.3, mu_dynamic=0.4, speed=1e-3),
-            "SmoothStep",
-            ANY,
-            (0.4, 0.3),
-        ),
-        (
-            lambda: hp.contact.BrownMcPhee(mu_static=0.3, mu_dynamic=0.4, speed=1e-3),
-            "BrownMcPhee",
-            ANY,
-            (0.4, 0.3),
-        ),
-        (
-            lambda: hp.contact.BrownMcPhee(mu_static=0.3, mu_dynamic=0.2, speed=0.0),
-            "BrownMcPhee.speed",
-            0.0,
-            (0.0,),
-        ),
-        (
-            lambda: hp.contact.StickSlip(mu=0.3, mu_dynamic=0.4, stiffness=1.0, damping=0.0),
-            "StickSlip",
-            ANY,
-            (0.4, 0.3),
-        ),
-        (
-            lambda: hp.contact.StickSlip(mu=0.3, stiffness=0.0, damping=0.0),
-            "StickSlip.stiffness",
-            0.0,
-            (0.0,),
-        ),
-        (lambda: hp.contact.StickSlip(stiffness=1.0, damping=0.0), "StickSlip.mu", None, ()),
-        (
-            lambda: hp.contact.AdamsCoulomb(
-                mu_static=0.3, mu_dynamic=0.1, stiction_speed=0.1, transition_speed=0.05
-            ),
-            "AdamsCoulomb",
-            ANY,
-            (0.1,),
-        ),
-        (
-            lambda: hp.Contact(normal={"kind": "glue"}, friction=FRICTION["tanh"]),
-            "Contact.normal",
-            {"kind": "glue"},
-            (),
-        ),
-    ],
-)
+STATIC, STIFF = {"mu_static": 0.3, "mu_dynamic": 0.4}, {"stiffness": 1e5}
+BOUNCE = {**STIFF, "restitution": 0.3}
+BRISTLE = {"mu": 0.3, "stiffness": 1.0, "damping": 0.0}
+SPEEDS = {"stiction_speed": 0.1, "transition_speed": 0.05}
+BAD = [
+    ("HuntCrossley", {"stiffness": -1.0}, ".stiffness", -1.0, (0.0,)),
+    ("HuntCrossley", {**STIFF, "exponent": 0.5}, ".exponent", 0.5, ()),
+    ("HuntCrossley", {"stiffness": np.nan}, ".stiffness", np.nan, ()),
+    ("KelvinVoigt", STIFF, ".damping", None, ()),
+    ("KelvinVoigt", {**STIFF, "damping": -1.0}, ".damping", -1.0, (0.0,)),
+    ("Restitution", {**STIFF, "restitution": 2.0}, ".restitution", 2.0, (1.0,)),
+    ("Restitution", {**BOUNCE, "model": "x"}, ".model", "x", ()),
+    ("Restitution", {**BOUNCE, "speed_floor": 0.0}, ".speed_floor", 0.0, (0.0,)),
+    ("TanhCoulomb", {"mu": -0.1, "slope": 1.0}, ".mu", -0.1, (0.0,)),
+    ("TanhCoulomb", {"mu": 0.1, "slope": 0.0}, ".slope", 0.0, (0.0,)),
+    ("TanhCoulomb", {"mu": 0.1, "slope": 1.0, "kt": 3.0}, ".kt", 3.0, ()),
+    ("SmoothStep", {**STATIC, "speed": 1e-3}, "", ANY, (0.4, 0.3)),
+    ("BrownMcPhee", {**STATIC, "speed": 1e-3}, "", ANY, (0.4, 0.3)),
+    ("BrownMcPhee", {**STATIC, "mu_dynamic": 0.2, "speed": 0.0}, ".speed", 0.0, (0.0,)),
+    ("StickSlip", {**BRISTLE, "mu_dynamic": 0.4}, "", ANY, (0.4, 0.3)),
+    ("StickSlip", {**BRISTLE, "stiffness": 0.0}, ".stiffness", 0.0, (0.0,)),
+    ("StickSlip", {"stiffness": 1.0, "damping": 0.0}, ".mu", None, ()),
+    ("AdamsCoulomb", {**STATIC, "mu_dynamic": 0.1, **SPEEDS}, "", ANY, (0.1,)),
+]
+
+
+@pytest.mark.parametrize(("law", "parameters", "place", "value", "allowed"), BAD)
 def test_bad_parameters_are_refused_by_name(
-    build, name: str, value: Any, allowed: tuple[float, ...]
+    law: str, parameters: dict[str, Any], place: str, value: Any, allowed: tuple[float, ...]
 ) -> None:
-    with refused(ParameterError, name, value, allowed=allowed):
-        build()
+    with refused(ParameterError, law + place, value, allowed=allowed):
+        getattr(hp.contact, law)(**parameters)
+
+
+def test_an_unknown_kind_of_law_is_refused() -> None:
+    with refused(ParameterError, "Contact.normal", {"kind": "glue"}):
+        hp.Contact(normal={"kind": "glue"}, friction=FRICTION["tanh"])
 
 
 def test_native_kinds_match_the_python_laws() -> None:

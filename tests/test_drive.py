@@ -84,7 +84,7 @@ def test_slopes_against_differences() -> None:
         assert damping == pytest.approx(-by_rate, abs=1e-7)
 
 
-def test_switches_tell_where_a_mode_ends() -> None:
+def test_switches_show_where_a_mode_ends() -> None:
     """None of a state's own mode is negative there; of another mode one is not above zero."""
     drive = law()
     own = [drive.mode(0, *state) for state in STATES]

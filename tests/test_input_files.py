@@ -140,14 +140,14 @@ def test_a_mesh_names_no_file_outside_its_folder(tmp_path: Path) -> None:
             read_mesh(tmp_path / "in" / "a.gltf")
 
 
-def test_the_size_is_bounded_whatever_a_file_says_of_it(tmp_path: Path) -> None:
+def test_the_size_is_bounded_whatever_size_a_file_claims(tmp_path: Path) -> None:
     path = tmp_path / "a"
     path.write_bytes(b"x" * 100)
     assert read_bytes(path, 100) == b"x" * 100
     with refused(OSError, errno=errno.EFBIG, filename=str(path), about=("100", "99")):
         read_bytes(path, 99)
     with refused(OSError, errno=errno.EFBIG, filename="/proc/self/maps", about=("10",)):
-        read_bytes("/proc/self/maps", 10)  # says that it has none
+        read_bytes("/proc/self/maps", 10)  # its stated size is 0
     with refused(ParameterError, "case file", str(path)):
         read_text(path, "case file", 99)
 
@@ -181,7 +181,7 @@ def test_a_trace_is_whole_while_another_process_saves_it(tmp_path: Path) -> None
     ) as writer:
         assert writer.stdout is not None and writer.stdout.readline() == b"begun\n"
         try:
-            assert {hp.load_trace(path).digest for _ in range(150)} == {trace.digest}
+            assert {hp.load_trace(path).digest for _ in range(60)} == {trace.digest}
         finally:
             writer.kill()
 

@@ -69,13 +69,13 @@ def test_a_foot_becomes_a_link_with_its_sphere(file: UrdfFile) -> None:
     assert sphere is not None and sphere.radius == 0.004 and sphere.centre == (0, 0, 0)
 
 
-def test_the_statement_replaces_what_the_file_said(file: UrdfFile) -> None:
+def test_the_statement_replaces_that_of_the_file(file: UrdfFile) -> None:
     made = annotate_urdf(file, layout())
-    said = read_provenance(made)
+    written = read_provenance(made)
     assert stated_places(made, "posture") == {"lf_femur_joint": -0.5}
-    assert said.inferred == ("forward is 37 deg from x",)
-    assert said.assumed == read_provenance(file).assumed
-    assert said.line == read_provenance(file).line
+    assert written.inferred == ("forward is 37 deg from x",)
+    assert written.assumed == read_provenance(file).assumed
+    assert written.line == read_provenance(file).line
     element = made.root.find("hexapod_pin")
     assert element is not None
     assert [dict(leg.attrib) for leg in element.findall("leg")] == [

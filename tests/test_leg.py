@@ -212,7 +212,7 @@ def test_straight_knee_has_the_known_singular_values(s2_leg: LegKinematics) -> N
 
 
 @pytest.mark.parametrize("beyond", [1e-9, 1e-3, 0.2])
-def test_target_beyond_reach_says_by_how_much(s2_leg: LegKinematics, beyond: float) -> None:
+def test_target_beyond_reach_has_its_excess(s2_leg: LegKinematics, beyond: float) -> None:
     target = np.array([0.0, 0.1025 + L1 + L2 + L3 + beyond, 0.0])
     with refused(
         ReachError,
@@ -231,7 +231,7 @@ def test_target_beyond_reach_says_by_how_much(s2_leg: LegKinematics, beyond: flo
         s2_leg.branches(target)
 
 
-def test_target_too_near_says_by_how_much(s2_leg: LegKinematics) -> None:
+def test_target_too_near_has_its_excess(s2_leg: LegKinematics) -> None:
     """On the femur axis itself: L2 - L3 short of the reach; folded, 2 L1 from it, it reaches."""
     target = np.array([[0.0, 0.1025 + L1, 0.0]])
     with pytest.raises(ReachError) as caught:
@@ -282,7 +282,7 @@ def test_unknown_leg_lists_the_known(kharagpur: Robot) -> None:
 
 
 def test_other_signs_and_zeros_are_still_solved_in_closed_form(tmp_path: Path) -> None:
-    """A femur axis that points the other way, with its zero turned by 0.3 rad."""
+    """A femur axis of the opposite direction, with its zero turned by 0.3 rad."""
     old = '<origin xyz="0.0835 0 0" rpy="0 0 0"/>\n    <axis xyz="0 1 0"/>'
     new = '<origin xyz="0.0835 0 0" rpy="0 0.3 0"/>\n    <axis xyz="0 -1 0"/>'
     leg = variant(tmp_path, old, new)
@@ -316,7 +316,7 @@ def test_path_of_a_leg_of_another_shape(offset_leg: LegKinematics) -> None:
     np.testing.assert_allclose(again, q, atol=1e-9)
 
 
-def test_numerical_solution_tells_what_it_cannot_reach(offset_leg: LegKinematics) -> None:
+def test_numerical_solution_reports_what_it_cannot_reach(offset_leg: LegKinematics) -> None:
     far = offset_leg.forward([0.0, 0.0, 0.0]) + np.array([0.0, 0.05, 0.0])
     with refused(ReachError, leg="lf") as caught:
         offset_leg.inverse(far, limits=False)

@@ -103,7 +103,7 @@ def test_a_collision_shape_of_the_urdf_is_taken_as_it_is(tmp_path: Path) -> None
     assert distance == pytest.approx(0.2 - 0.12 - 0.03 - 0.0225, abs=1e-9)
 
 
-def test_without_shapes_a_radius_is_assumed_and_said(tmp_path: Path) -> None:
+def test_without_shapes_a_radius_is_assumed_and_reported(tmp_path: Path) -> None:
     """A tenth of the length: two parallel femurs 0.2 m apart, no trunk to check against."""
     text = KHARAGPUR.urdf()
     while "<visual>" in text:
@@ -123,7 +123,7 @@ def test_without_shapes_a_radius_is_assumed_and_said(tmp_path: Path) -> None:
 def test_a_tripod_in_closed_form(tmp_path: Path, stroke: float) -> None:
     """Where the tripods change, two feet stand hip_x - stroke apart, their tibias apart above.
 
-    The legs are then mirror images, so nothing else comes nearer; a foot in the air is on its way
+    The legs are then mirror images, so nothing else comes nearer; a foot in the air moves
     to that place or from it.
     """
     found = leg_clearance(narrow(tmp_path), tripod(stroke))
@@ -154,7 +154,7 @@ def test_a_limit_of_reach_is_also_clear(tmp_path: Path) -> None:
     assert caught.value.limit == pytest.approx(HIP_X - 2 * TIBIA_RADIUS, abs=1e-4 * 0.5)
 
 
-def test_what_overlaps_standing_is_left_out_and_said(tmp_path: Path) -> None:
+def test_what_overlaps_standing_is_left_out_and_reported(tmp_path: Path) -> None:
     """Hips of 70 mm width 60 mm apart."""
     robot = narrow(tmp_path, hip_x=0.06, coxa_width=0.07)
     hp.KinematicControl(tripod(0.02)).plan(robot, 1.0)
@@ -163,8 +163,8 @@ def test_what_overlaps_standing_is_left_out_and_said(tmp_path: Path) -> None:
     assert any("lf_coxa and lm_coxa" in note for note in found.notes)
 
 
-def test_a_small_clearance_is_told(tmp_path: Path) -> None:
-    """1 mm between two tibias: the walk goes on, with a line that says so."""
+def test_a_small_clearance_is_reported(tmp_path: Path) -> None:
+    """1 mm between two tibias: the walk goes on, with a note."""
     robot = narrow(tmp_path)
     (note,) = leg_clearance(robot, tripod(0.069)).notes
     assert "come within 1 mm" in note

@@ -77,7 +77,7 @@ def test_stacked_legs_equal_each_leg_on_its_own(legs: LegGroup) -> None:
 
 
 def test_rows_of_the_core_equal_the_stacked_legs(legs: LegGroup) -> None:
-    """Control at ticks solves rows in the core; where it could not, it would go a slower way."""
+    """Control at ticks solves rows in the core; where it could not, a slower path would be used."""
     form = legs.kinematics.closed_form
     if form is None:
         return
@@ -124,7 +124,7 @@ def test_closed_form_rates_hold_on_every_branch(robot: Robot, branch: tuple[int,
 
 
 def test_branch_is_the_one_nearest_to_the_posture(robot: Robot) -> None:
-    """A robot that stands with its knees the other way keeps them that way."""
+    """A robot that stands with its knees down keeps them down."""
     inf = np.full(len(robot.joint_names), np.inf)
     posture = robot.posture.copy()
     for name in LEG_ORDER:

@@ -91,7 +91,7 @@ def test_a_payload_equals_the_robot_built_with_it(robot: hp.Robot, built: hp.Rob
 def test_a_run_with_a_payload_equals_that_of_the_robot_built_with_it(
     robot: hp.Robot, built: hp.Robot
 ) -> None:
-    """Standing under load; what the trace says of mass, centre of mass and energy included."""
+    """Standing under load; with mass, centre of mass and energy of the trace."""
     scene = hp.Scene(robot, loads=[BOX, TOOL])
     theirs = hp.Scene(built, servo=scene.servo, stops=scene.stops)
     ours, wanted = (
@@ -219,7 +219,7 @@ def test_a_matrix_and_six_numbers_are_the_same_inertia() -> None:
     assert hp.Payload("base_link", 0.8, inertia=BOX.inertia_matrix).inertia == MOMENTS
 
 
-def test_who_cannot_do_loads_says_so(robot: hp.Robot) -> None:
+def test_formulations_without_loads_refuse_them(robot: hp.Robot) -> None:
     for scene, name, value in (
         (hp.Scene(robot, loads=[BOX]), "Scene.loads", "payload"),
         (hp.Scene(robot, body_contact=True), "Scene.body_contact", True),

@@ -110,7 +110,7 @@ def test_a_case_keeps_them_and_its_trace_knows_the_masses(robot):
     np.testing.assert_allclose(trace.run.robot.total_mass, sum(ours), rtol=1e-12)
 
 
-def test_a_standing_robot_weighs_on_its_feet_what_its_factor_says(robot):
+def test_a_standing_robot_weighs_on_its_feet_by_its_factor(robot):
     scene = hp.Scene(robot, loads=[hp.loads.MassFactor(1.2)])
     trace = hp.simulate(scene, hp.HoldPosture(), duration=2.0, accuracy=1e-6)
     force = trace.normal_force[-1].sum()

@@ -21,10 +21,10 @@ AREAS = np.array([1.0, 1.5, 3.0, 3.5])  # of FACES: |(1, 2, 0) x (1, 0, 3)| / 2 
 FILES = ["ascii.stl", "binary.stl", "plain.obj", "plain.dae", "plain.ply", "plain.glb"]
 
 
-def binary_stl(words: list[int], header: bytes = b"", corners: np.ndarray = CORNERS) -> bytes:
+def binary_stl(bits: list[int], header: bytes = b"", corners: np.ndarray = CORNERS) -> bytes:
     rows = [
-        struct.pack("<12fH", 0, 0, 0, *corners[face].ravel(), word)
-        for face, word in zip(FACES, words, strict=True)
+        struct.pack("<12fH", 0, 0, 0, *corners[face].ravel(), bit)
+        for face, bit in zip(FACES, bits, strict=True)
     ]
     return header.ljust(80) + struct.pack("<I", len(rows)) + b"".join(rows)
 
@@ -80,7 +80,7 @@ def test_every_format_gives_the_same_body(tmp_path: Path, name: str) -> None:
     mesh = read_mesh(write(tmp_path, name))
     np.testing.assert_allclose(mesh.bounds, [[0, 0, 0], [1, 2, 3]], atol=1e-7)
     assert volume(mesh) == pytest.approx(1.0, abs=1e-6)
-    assert np.array_equal(np.unique(mesh.hull_vertices, axis=0), np.unique(CORNERS, axis=0))
+    assert np.array_equal(np.unique(mesh.vertices, axis=0), np.unique(CORNERS, axis=0))
     assert mesh.vertices.shape[1:] == mesh.faces.shape[1:] == (3,) and mesh.note == ""
 
 
@@ -157,7 +157,7 @@ RED_5, BLUE_5 = 31, 31 << 10
 
 
 @pytest.mark.parametrize(
-    ("words", "header", "color"),
+    ("bits", "header", "color"),
     [
         ([0] * 4, b"", None),
         ([0x8000 | BLUE_5] * 4, b"", (1.0, 0.0, 0.0)),  # VisCAM: red in the highest bits
@@ -169,10 +169,10 @@ RED_5, BLUE_5 = 31, 31 << 10
     ],
 )
 def test_colors_of_binary_stl(
-    tmp_path: Path, words: list[int], header: bytes, color: tuple[float, ...] | None
+    tmp_path: Path, bits: list[int], header: bytes, color: tuple[float, ...] | None
 ) -> None:
     path = tmp_path / "part.stl"
-    path.write_bytes(binary_stl(words, header))
+    path.write_bytes(binary_stl(bits, header))
     found = read_mesh(path).color
     assert found == (None if color is None else pytest.approx((*color, 1.0), abs=1e-6))
 
@@ -183,7 +183,7 @@ def test_a_binary_stl_that_begins_with_solid(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "data", "words"),
+    ("name", "data", "about"),
     [
         ("none.stl", None, ("opened",)),
         ("empty.stl", b"", ("triangles", "STL")),  # which of the two is trimesh's affair
@@ -199,14 +199,14 @@ def test_a_binary_stl_that_begins_with_solid(tmp_path: Path) -> None:
     ],
 )
 def test_unusable_files_are_refused_by_name(
-    tmp_path: Path, name: str, data: bytes | None, words: tuple[str, ...]
+    tmp_path: Path, name: str, data: bytes | None, about: tuple[str, ...]
 ) -> None:
-    """The reason has one of the words."""
+    """The reason has one of the texts."""
     if data is not None:
         (tmp_path / name).write_bytes(data)
     with refused(MeshError, file=str(tmp_path / name), about=(name,)) as caught:
         read_mesh(tmp_path / name)
-    assert any(word in caught.value.reason for word in words)
+    assert any(text in caught.value.reason for text in about)
 
 
 def test_limits_of_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from leg_robots import TIBIA, legged
 from refusals import refused
-from rewritten_urdf import Rewritten, ball_triangles, stl_text
+from rewritten_urdf import Rewritten, ball_triangles, found, stl_text
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError, UnknownNameError, UrdfError
@@ -20,13 +20,6 @@ from hexapod_pin.robot.recognition.recognise import recognise
 from hexapod_pin.robot.recognition.shape_points import Ball, fitted_ball, link_points, mesh_parts
 
 LEGS = ("lf", "lm", "lr", "rf", "rm", "rr")
-
-
-def found(text: str, folder: Path = Path("."), **hints: object) -> RobotLayout:
-    """Recognise a robot from its text, without what it states itself."""
-    file = Rewritten(text).file()
-    finder = ResourceFinder(folder / "robot.urdf")
-    return recognise(file, finder, RobotHints(**hints))  # type: ignore[arg-type]
 
 
 def with_shape(shape: str, place: str = "0 0 0", rpy: str = "0 0 0", tag: str = "collision") -> str:
@@ -64,7 +57,7 @@ def test_a_rod_ends_in_a_sphere_of_its_own_radius() -> None:
     assert tips(layout) == pytest.approx(np.tile([0.112, 0.0, 0.0], (6, 1)), abs=1e-12)
     assert [leg.radius for leg in layout.legs] == [0.008] * 6
     assert [leg.foot for leg in layout.legs] == [f"{leg}_foot" for leg in LEGS]
-    assert any("cylinder" in said and "assumed" in said for said in layout.inferred)
+    assert any("cylinder" in text and "assumed" in text for text in layout.inferred)
 
 
 def test_a_pad_stands_on_the_centre_of_its_face() -> None:
@@ -95,13 +88,13 @@ def test_a_mesh_with_a_round_end_gives_that_sphere(tmp_path: Path) -> None:
     assert [leg.radius for leg in layout.legs] == pytest.approx([0.009] * 6, abs=1e-7)
 
 
-def test_a_lost_mesh_is_said_and_the_centre_of_mass_serves() -> None:
+def test_a_lost_mesh_is_reported_and_the_centre_of_mass_serves() -> None:
     layout = found(with_shape('<mesh filename="package://gone/rod.stl"/>'))
     assert tips(layout) == pytest.approx(np.tile([TIBIA, 0.0, 0.0], (6, 1)), abs=1e-12)
-    assert any("rod.stl" in said and "assumed" in said for said in layout.inferred)
+    assert any("rod.stl" in text and "assumed" in text for text in layout.inferred)
 
 
-def test_without_shape_frame_and_mass_the_legs_are_named_with_the_ways_out() -> None:
+def test_without_shape_frame_and_mass_the_legs_are_named_with_the_remedies() -> None:
     text = with_shape('<mesh filename="gone.stl"/>')
     with pytest.raises(UrdfError) as caught:
         recognise(
@@ -122,7 +115,7 @@ def test_frames_are_trusted_where_shapes_differ_from_leg_to_leg() -> None:
     layout = found(text)
     assert [leg.tip_link for leg in layout.legs] == [f"{leg}_foot" for leg in LEGS]
     assert [leg.radius for leg in layout.legs] == [0.0] * 6
-    assert any("agree" in said for said in layout.inferred)
+    assert any("agree" in text for text in layout.inferred)
 
 
 def test_a_link_called_foot_at_the_knee_is_noticed() -> None:
@@ -133,9 +126,9 @@ def test_a_link_called_foot_at_the_knee_is_noticed() -> None:
         )
     layout = found(text)
     assert [leg.foot for leg in layout.legs] == [f"cap_{leg}" for leg in LEGS]
-    said = next(text for text in layout.inferred if "called feet" in text)
-    assert "foot_lf" in said
-    assert f"at the knee, {1e3 * TIBIA:.0f} mm" in said
+    line = next(text for text in layout.inferred if "called feet" in text)
+    assert "foot_lf" in line
+    assert f"at the knee, {1e3 * TIBIA:.0f} mm" in line
 
 
 def test_given_feet_and_radius_go_before_shapes() -> None:
@@ -167,7 +160,7 @@ def test_a_radius_that_is_given_leaves_the_tip_where_it_is() -> None:
     assert low[0] == pytest.approx(low[1], abs=2e-4)
 
 
-def test_spheres_are_told_from_boxes_and_cylinders_whose_vertices_lie_on_one() -> None:
+def test_spheres_differ_from_boxes_and_cylinders_whose_vertices_lie_on_one() -> None:
     ball = ball_triangles(0.02) + [0.1, 0.2, 0.3]
     (part,) = mesh_parts(ball.reshape(-1, 3), np.arange(ball.size // 3).reshape(-1, 3))
     assert isinstance(part, Ball)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -10,25 +11,19 @@ import numpy as np
 import pytest
 from leg_robots import COXA, FEMUR, RADIUS, TIBIA, joint, legged, link
 from refusals import refused
-from rewritten_urdf import Rewritten, about_z
+from rewritten_urdf import about_z, found
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import UrdfError
 from hexapod_pin.robot.description.leg_names import leg_names
 from hexapod_pin.robot.description.urdf_file import parse_urdf
 from hexapod_pin.robot.reading.resources import ResourceFinder
-from hexapod_pin.robot.recognition.chains import tree_frames
+from hexapod_pin.robot.recognition.chains import Axis, axis_distance, tree_frames
 from hexapod_pin.robot.recognition.directions import middle_lines
-from hexapod_pin.robot.recognition.layout import RobotHints, RobotLayout
+from hexapod_pin.robot.recognition.layout import RobotHints
 from hexapod_pin.robot.recognition.recognise import recognise
 
 FINDER = ResourceFinder(Path("none.urdf"))
-
-
-def found(text: str, **hints: object) -> RobotLayout:
-    """Recognise a robot from its text, without what it states itself."""
-    file = Rewritten(text).file()
-    return recognise(file, FINDER, RobotHints(**hints))  # type: ignore[arg-type]
 
 
 def round_robot(count: int, first: float, *, front: bool = False) -> str:
@@ -71,15 +66,15 @@ def test_round_robots_walk_along_the_nearest_line_between_hips(
     assert [leg.radius for leg in layout.legs] == [RADIUS] * count
 
 
-def test_a_camera_tells_the_front_and_names_go_before_it() -> None:
+def test_a_camera_marks_the_front_and_names_go_before_it() -> None:
     text = round_robot(6, 0.0, front=True)
     assert found(text).turn == pytest.approx(about_z(90.0), abs=1e-12)
-    assert any("camera_link" in said for said in found(text).inferred)
+    assert any("camera_link" in line for line in found(text).inferred)
     for k, name in enumerate(("m_r", "fr", "fl", "ml", "bl", "br")):
         text = text.replace(f'"a{k}"', f'"hip_{name.replace("_", "")}"')
     layout = found(text.replace('xyz="0.0 0.11', 'xyz="0.0 -0.11'))
     assert layout.turn == pytest.approx(about_z(90.0), abs=1e-12)
-    assert any("names" in said for said in layout.inferred)
+    assert any("names" in text for text in layout.inferred)
     assert layout.legs[0].joints[0] == "hip_fl"
 
 
@@ -93,7 +88,7 @@ def test_four_to_eight_legs_are_found_and_named(count: int) -> None:
     assert layout.turn == pytest.approx(np.eye(3), abs=1e-12)
 
 
-def test_legs_that_start_in_a_row_are_told_apart_by_where_they_reach() -> None:
+def test_legs_that_start_in_a_row_are_ordered_by_where_they_reach() -> None:
     root = ET.fromstring(legged(6))
     for name in leg_names(3, 3):
         hip = next(x for x in root.findall("joint") if x.get("name") == f"{name}_coxa_joint")
@@ -104,7 +99,7 @@ def test_legs_that_start_in_a_row_are_told_apart_by_where_they_reach() -> None:
     assert layout.turn == pytest.approx(np.eye(3), abs=1e-12)
 
 
-def test_a_file_that_states_its_legs_is_taken_at_its_word() -> None:
+def test_a_file_that_states_its_legs_is_not_inferred() -> None:
     text = legged(6, tarsus=0.3, pan=True)
     layout = recognise(parse_urdf(text.encode(), "stated"), FINDER, RobotHints())
     assert layout.inferred == ()
@@ -121,7 +116,7 @@ def test_of_four_joints_the_yaw_and_the_two_with_the_longest_links_walk() -> Non
     assert leg.held == ("lf_tarsus_joint",)
     assert set(layout.held) == {f"{leg.name}_tarsus_joint" for leg in layout.legs} | {"pan_joint"}
     assert layout.held["pan_joint"] == 0.0
-    assert any("pan_joint" in said for said in layout.inferred)
+    assert any("pan_joint" in text for text in layout.inferred)
 
 
 def test_two_joints_walk_and_a_spring_is_held_with_the_foot_beyond_it() -> None:
@@ -192,3 +187,70 @@ def test_joint_elements_of_a_robot_are_found_in_any_order() -> None:
     assert [leg.foot for leg in layout.legs] == [f"{name}_foot" for name in leg_names(3, 3)]
     frames = tree_frames(parse_urdf(ET.tostring(root), "reversed"))
     assert frames.links["lf_foot"].position[2] == pytest.approx(0.0, abs=1e-15)
+
+
+# files found in the world: rounded angles, a joint fixed in one leg, high knees
+
+
+@pytest.mark.parametrize("angle", [0.0, 3.1416 - math.pi, 1.57 - 0.5 * math.pi])
+def test_axes_parallel_to_the_rounding_of_a_file_are_as_far_apart_as_parallel_ones(
+    angle: float,
+) -> None:
+    a = Axis(np.zeros(3), np.array([0.0, 1.0, 0.0]))
+    b = Axis(np.array([0.08, 0.0, -0.04]), np.array([math.sin(angle), math.cos(angle), 0.0]))
+    # 0.08 m sideways and 0.04 m down; the common normal of skew lines would give 0.04 m
+    assert axis_distance(a, b) == pytest.approx(math.hypot(0.08, 0.04), rel=1e-3)
+
+
+def test_a_leg_whose_last_joint_is_fixed_is_a_leg_and_that_joint_is_held_in_the_others() -> None:
+    text = legged(6, tarsus=0.0)
+    one = r'(<joint name="rm_tarsus_joint" type=")revolute(".*?)<axis[^>]*/><limit[^>]*/>'
+    text = re.sub(one, r"\1fixed\2", text, flags=re.DOTALL)
+    text = re.sub(r'<held joint="rm_tarsus_joint"[^>]*/>', "", text)
+    layout = found(text)
+    assert [leg.name for leg in layout.legs] == ["lf", "lm", "lr", "rf", "rm", "rr"]
+    assert {len(leg.joints) for leg in layout.legs} == {3}
+    assert layout.legs[0].held == ("lf_tarsus_joint",)
+    assert layout.legs[4].held == ()
+    assert layout.held == {f"{n}_tarsus_joint": 0.0 for n in ("lf", "lm", "lr", "rf", "rr")}
+
+
+HIGH_FEMUR, HIGH_TIBIA = 0.05, 0.09  # [m]
+
+
+def high_kneed(turned: str) -> str:
+    """Return a robot of stretched legs whose femora swing far up and tibiae fold down.
+
+    Args:
+        turned: rpy of the trunk in the root link [rad].
+    """
+    text = link("root", 0.0, 0.0) + joint("fixed", "root", "body", (0.0, 0.0, 0.0), rpy=turned)
+    text += link("body", 1.0, 0.1)
+    for side in (1.0, -1.0):
+        for row, x in enumerate((0.08, 0.0, -0.08)):
+            n, axis = f"{'a' if side > 0 else 'b'}{row}", "0 -1 0"
+            text += joint(
+                f"{n}1", "body", f"{n}c", (x, 0.03 * side, 0.0), axis="0 0 1",
+                rpy=f"0 0 {side * math.pi / 2!r}", limits=(-0.8, 0.8),
+            )  # fmt: skip
+            text += link(f"{n}c", 0.03, 0.02)
+            text += joint(
+                f"{n}2", f"{n}c", f"{n}f", (0.012, 0.0, 0.0), axis=axis, limits=(-0.25, 2.5)
+            )
+            text += link(f"{n}f", 0.03, 0.02)
+            text += joint(
+                f"{n}3", f"{n}f", f"{n}t", (HIGH_FEMUR, 0.0, 0.0), axis=axis, limits=(-2.6, 0.5)
+            )
+            ball = f'<origin xyz="{HIGH_TIBIA} 0 0"/><geometry><sphere radius="0.005"/></geometry>'
+            text += f'<link name="{n}t"><collision>{ball}</collision></link>\n'
+    return f'<robot name="high">{text}</robot>'
+
+
+@pytest.mark.parametrize(
+    ("turned", "up"), [("0 0 0", (0, 0, 1)), (f"{-math.pi / 2!r} 0 0", (0, 1, 0))]
+)
+def test_up_is_where_knees_do_not_fold_to_though_feet_are_above_hips_on_average(
+    turned: str, up: tuple[float, ...]
+) -> None:
+    layout = found(high_kneed(turned))
+    assert layout.turn[:, 2] == pytest.approx(up, abs=1e-12)

@@ -1,4 +1,4 @@
-"""What is no walking robot is refused with part and way out, never with a traceback."""
+"""A file without a walking robot is refused with part and remedy, never with a traceback."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from leg_robots import joint, legged, link
 from refusals import refused
-from rewritten_urdf import Rewritten
+from rewritten_urdf import found
 
 from hexapod_pin.errors import HexapodError, StateError, UnknownNameError, UrdfError
 from hexapod_pin.robot.description.urdf_file import parse_urdf
 from hexapod_pin.robot.reading.resources import ResourceFinder
-from hexapod_pin.robot.recognition.layout import RobotHints, RobotLayout
+from hexapod_pin.robot.recognition.layout import RobotHints
 from hexapod_pin.robot.recognition.recognise import recognise
 
 FINDER = ResourceFinder("none.urdf")
@@ -24,11 +24,6 @@ WHEELS = "".join(
 )
 
 
-def found(text: str, **hints: object) -> RobotLayout:
-    """Recognise a robot from its text, without what it states itself."""
-    return recognise(Rewritten(text).file(), FINDER, RobotHints(**hints))  # type: ignore[arg-type]
-
-
 def refusal(text: str, **hints: object) -> str:
     """Return the findings of a robot that is refused."""
     with pytest.raises(UrdfError) as caught:
@@ -36,7 +31,7 @@ def refusal(text: str, **hints: object) -> str:
     return "; ".join(caught.value.findings)
 
 
-def test_wheel_legs_are_told_what_works() -> None:
+def test_wheel_legs_are_refused_with_what_works() -> None:
     text = refusal(f'<robot name="wheels">{link("body", 5.0, 0.3)}{WHEELS}</robot>')
     assert "wheel-legs" in text
     assert "w0" in text
@@ -54,10 +49,10 @@ def test_feet_that_are_given_leave_a_robot_without_legs() -> None:
 def test_a_trunk_below_a_moved_joint_is_named() -> None:
     text = legged(6).replace("</robot>", link("world", 0, 0) + "</robot>")
     moved = joint("lift", "world", "base_link", (0, 0, 0), axis="0 0 1", kind="prismatic")
-    said = refusal(text.replace("</robot>", f"{moved}</robot>"))
-    assert "'lift'" in said
-    assert "'base_link'" in said
-    assert "fixed" in said
+    text = refusal(text.replace("</robot>", f"{moved}</robot>"))
+    assert "'lift'" in text
+    assert "'base_link'" in text
+    assert "fixed" in text
 
 
 def test_three_legs_and_no_legs_are_refused() -> None:

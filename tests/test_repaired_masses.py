@@ -49,7 +49,7 @@ def test_grams_and_millimetres_together() -> None:
 
 def test_a_missing_inertial_is_that_of_the_box() -> None:
     """coxa: 0.0835 x 0.045 x 0.045 m at x = 0.04175 m, density as assumed: closed form."""
-    legs = ("lf", "lm", "lr", "rf", "rm", "rr")  # none is left to tell what another weighs
+    legs = ("lf", "lm", "lr", "rf", "rm", "rr")  # none is left with a mass
     done = repaired(*[remove(f"link {leg}_coxa/inertial") for leg in legs])
     link = done.file.link_by_name["rr_coxa"]
     mass = DENSITY * 0.0835 * 0.045**2
@@ -87,7 +87,7 @@ def test_a_ball_and_a_turned_cylinder() -> None:
         assert np.array(link.moments[:3]) / link.mass == pytest.approx(np.array(wanted), rel=1e-7)
 
 
-def test_mass_and_density_as_asked() -> None:
+def test_mass_and_density_as_given() -> None:
     """--mass fills what is missing, else scales masses and inertias alike; --density is used."""
     gone = remove("link rr_coxa/inertial")
     rest = masses(WHOLE).sum() - 0.15

@@ -36,12 +36,18 @@ NO_REPAIR = {"too dense", "mesh not found", "unreadable origin", "loop", "absurd
 
 
 @pytest.mark.parametrize("name", [*TOGETHER, *ALONE])
-def test_each_trouble_is_gone(name: str) -> None:
-    """Found before, not after, said, and nothing else came up; a second repair changes nothing."""
-    change, kind, _ = {**TOGETHER, **ALONE}[name]
-    done = repaired(change)
-    left = {x.what for x in find_all(done.file, NoMeshes())}
-    assert left >= {kind} & NO_REPAIR
+def test_each_trouble_is_found_and_gone(name: str) -> None:
+    """Kind and place; a repair removes it where it can, adds nothing, and has no second effect."""
+    change, kind, place = {**TOGETHER, **ALONE}[name]
+    file = broken(change)
+    findings = find_all(file, NoMeshes())
+    found = [x for x in findings if x.what == kind and place in x.where + x.value]
+    assert found and all(x.value and x.rule and x.repair for x in findings), findings
+    assert {x.repairable for x in found} == {kind not in NO_REPAIR}
+    done = repair_urdf(file, NoMeshes())
+    after = find_all(done.file, NoMeshes())
+    left, places = {x.what for x in after}, {(x.what, x.where) for x in after}
+    assert {(x.what, x.where) in places for x in found} == {kind in NO_REPAIR}
     if kind != "absurd size":  # of which nothing else can be judged
         assert left - {"mesh not found"} == ({kind} & NO_REPAIR) - {"mesh not found"}
     assert done.changes or kind in NO_REPAIR
@@ -105,7 +111,7 @@ def test_limits() -> None:
 
 
 def test_effort_and_speed() -> None:
-    """Three times a third of the weight at half a leg; asked for: on every joint."""
+    """Three times a third of the weight at half a leg; given: on every joint."""
     file = repaired(every("joint", "limit", effort="0", velocity="0")).file
     leg = 0.0835 + 0.11934 + 0.09879
     chain = leg + 0.01  # to the end of the foot sphere, fixed to the tibia
@@ -115,10 +121,10 @@ def test_effort_and_speed() -> None:
             effort = limit(file, joint.name, "effort")
             assert 3 * holding * 0.95 <= effort <= 3 * holding * chain / leg * 1.05  # two digits
             assert limit(file, joint.name, "velocity") == SPEED
-    asked = repaired(effort=2.5, velocity=5.0)
-    assert {limit(asked.file, j.name, "effort") for j in WHOLE.joints if j.moves} == {2.5}
-    assert {limit(asked.file, j.name, "velocity") for j in WHOLE.joints if j.moves} == {5.0}
-    assert asked.assumed == ()
+    given = repaired(effort=2.5, velocity=5.0)
+    assert {limit(given.file, j.name, "effort") for j in WHOLE.joints if j.moves} == {2.5}
+    assert {limit(given.file, j.name, "velocity") for j in WHOLE.joints if j.moves} == {5.0}
+    assert given.assumed == ()
 
 
 # names and structure ----------------------------------------------------------------------------
@@ -195,7 +201,7 @@ class FolderFinder(NoMeshes):
         return path if path.is_file() else None
 
 
-def test_unset_speed_is_said_with_before_and_after() -> None:
+def test_unset_speed_is_reported_with_before_and_after() -> None:
     done = repaired(unset("joint rm_femur_joint/limit", "velocity"))
     assert done.changes == ("joint 'rm_femur_joint': velocity None -> 6 rad/s",)
     assert len(done.masses) == len(WHOLE.links)

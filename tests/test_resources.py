@@ -61,7 +61,7 @@ def robot(tmp_path: Path) -> Path:
         "package://spider/meshes/leg one.dae",
     ],
 )
-def test_every_way_of_naming_a_mesh(robot: Path, uri: str) -> None:
+def test_every_form_of_a_name(robot: Path, uri: str) -> None:
     found = ResourceFinder(robot).find(uri)
     assert found is not None, ResourceFinder(robot).why(uri)
     assert found.samefile(robot.parents[1] / "meshes/leg one.stl")
@@ -176,13 +176,13 @@ def test_a_mere_file_name_must_be_the_only_one(tmp_path: Path) -> None:
      "package://", "package:///", "package://../x", "$(find )", "$(find x", "://", "\udcff.stl",
      "http://[::1/x.stl", "file://%zz", "C:", "~", "*", "package://" + "n" * 300 + "/m.stl"],
 )  # fmt: skip
-def test_odd_names_are_not_found_and_say_why(robot: Path, uri: str) -> None:
+def test_odd_names_are_not_found_with_a_reason(robot: Path, uri: str) -> None:
     finder = ResourceFinder(robot)
     assert finder.find(uri) is None
     assert len(finder.why(uri)) > 20 and len(finder.why(uri)) < 20_000
 
 
-def test_why_names_what_was_tried_and_the_way_out(robot: Path) -> None:
+def test_why_names_what_was_tried_and_a_remedy(robot: Path) -> None:
     why = ResourceFinder(robot).why("package://claws/meshes/claw.stl")
     assert "package 'claws'" in why and "package_path=[...]" in why
     assert str(robot.parents[1] / "meshes/claw.stl") in why

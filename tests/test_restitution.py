@@ -80,7 +80,7 @@ def test_delivered_restitution_falls_with_damping() -> None:
 
 
 @pytest.mark.parametrize("e", [1e-300, 1e-9, 0.01, 0.3, 0.5, 0.99, 1 - 1e-6, 1 - 1e-12, 1 - 2e-16])
-def test_exact_root_delivers_what_was_asked(e: float) -> None:
+def test_exact_root_delivers_the_requested_restitution(e: float) -> None:
     eta = exact_damping_ratio(e)
     assert delivered_restitution(eta) == pytest.approx(e, rel=1e-15)
     if 0.01 < e < 0.99:  # the implicit relation itself, where it is well conditioned
@@ -89,7 +89,7 @@ def test_exact_root_delivers_what_was_asked(e: float) -> None:
 
 
 def test_elastic_and_dead() -> None:
-    """Restitution 1 needs no damping; 0 would need infinitely much, and says so."""
+    """Restitution 1 needs no damping; 0 would need infinitely much, and is refused."""
     assert exact_damping_ratio(1.0) == 0.0
     assert hp.contact.Restitution(stiffness=1e6, restitution=1.0).delivered == 1.0
     for wrong, bound in ((-0.1, 0.0), (1.1, 1.0)):

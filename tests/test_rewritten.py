@@ -81,8 +81,8 @@ def test_torques_of_gravity_map_with_the_signs():
 
 
 @pytest.mark.parametrize("units", ["kg mm2", "gram", "millimetre"])
-def test_units_scale_what_they_say(units):
-    """Inertias in kg mm^2, masses in g, lengths in mm: total mass and a hip's place say which."""
+def test_units_scale_their_quantities(units):
+    """Inertias in kg mm^2, masses in g, lengths in mm: seen in total mass and a hip's place."""
     text = urdf_path("athena").read_text()
     rewritten = rewrite(text, replace(ConventionSet(), units=units), np.random.default_rng(0))
     old, new = model_of(stripped(text)), model_of(rewritten.text)

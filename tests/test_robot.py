@@ -156,7 +156,7 @@ def test_published_names() -> None:
 
 
 def test_unknown_names_go_by_the_hips(tmp_path: Path) -> None:
-    """Without a known habit, legs are named by where their hips are, and it is said."""
+    """Without a known convention, legs are named by where their hips are, which is reported."""
     text = TEXT
     for k, leg in enumerate(("rm", "lf", "rr", "lm", "rf", "lr")):
         for segment in SEGMENTS:
@@ -221,7 +221,7 @@ def test_five_legs_are_a_robot_of_five(tmp_path: Path) -> None:
 
 
 def test_too_few_legs_are_named_and_stand_on_given_feet(tmp_path: Path) -> None:
-    """Three legs are refused with the ways out; with explicit feet they load, without legs."""
+    """Three legs are refused with the remedies; with explicit feet they load, without legs."""
     text = TEXT
     for leg in ("rr", "lm", "rf"):
         text = without_leg(leg, text)
@@ -237,7 +237,7 @@ def test_too_few_legs_are_named_and_stand_on_given_feet(tmp_path: Path) -> None:
 
 
 def test_an_extra_joint_is_held(tmp_path: Path) -> None:
-    """Six legs and an antenna that moves: it is held, inside its limits, and that is said."""
+    """Six legs and an antenna that moves: it is held, inside its limits, which is reported."""
     antenna = (
         '<link name="antenna"><inertial><mass value="0.1"/>'
         '<inertia ixx="1e-4" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/></inertial></link>'

@@ -51,21 +51,14 @@ from hexapod_pin.errors import MeshError
 from hexapod_pin.robot.repair.measures import mesh_solid
 from hexapod_pin.robot.reading import read_mesh
 
-def hull(path, scale):
+for path, scale in json.load(sys.stdin):
+    solid = "flat" if mesh_solid(path, np.full(3, scale)) is None else "solid"
     try:
-        mesh = read_mesh(path, (scale,) * 3)
+        read_mesh(path, (scale,) * 3)
+        print("read", solid)
     except MeshError as error:
         assert error.file == path and error.reason
-        return "refused"
-    corners = mesh.hull_vertices
-    assert len(corners) and np.isfinite(corners).all()
-    assert {*map(tuple, corners)} <= {*map(tuple, mesh.vertices)}
-    return "hull"
-
-trials = json.load(sys.stdin)
-hulls = [hull(*trial) for trial in trials]
-solids = [mesh_solid(path, np.array([scale] * 3)) for path, scale in trials]
-print(*(f"{a} {'flat' if b is None else 'solid'}" for a, b in zip(hulls, solids)), sep="\\n")
+        print("refused", solid)
 """
 """Judge meshes in a process of its own: a crash of the hull is its exit status."""
 
@@ -81,49 +74,48 @@ def judged(trials: list[tuple[Path, float]]) -> list[str]:
     return done.stdout.splitlines()
 
 
-def test_no_coordinates_crash_the_hull(tmp_path: Path) -> None:
-    """Denormal coordinates beside ordinary ones, scaled by 1e300, ended in a segmentation fault."""
-    trials = []
-    for seed in range(100, 120):  # of these, half did
-        rng = np.random.default_rng(seed)
-        powers = rng.uniform(-323, 0, (int(rng.integers(4, 60)), 3))
-        vertices = rng.standard_normal(powers.shape) * 10.0**powers
-        path = write_ply(tmp_path / f"{seed}.ply", vertices)
-        trials += [(path, 10.0**power) for power in (300, 0, 150, -150)]
-    assert set(judged(trials)[::4]) == {"refused flat"}
-
-
 ODD_SETS = {
     "one point": (CORNERS[:1], "refused flat"),
-    "two points": (CORNERS[:2], "hull flat"),
-    "three points": (CORNERS[:3], "hull flat"),
-    "four points": (CORNERS[:4], "hull solid"),
+    "two points": (CORNERS[:2], "read flat"),
+    "three points": (CORNERS[:3], "read flat"),
+    "four points": (CORNERS[:4], "read solid"),
     "one point many times": (np.repeat(CORNERS[:1], 40, axis=0), "refused flat"),
-    "each point many times": (np.repeat(CORNERS, 40, axis=0), "hull solid"),
-    "on a line": (np.outer(np.arange(30.0), [1, 2, 3]), "hull flat"),
-    "in a plane": (np.c_[CORNERS[:, :2], np.zeros(5)], "hull flat"),
-    "nearly in a plane": (CORNERS * [1, 1, 1e-17], "hull flat"),
+    "each point many times": (np.repeat(CORNERS, 40, axis=0), "read solid"),
+    "on a line": (np.outer(np.arange(30.0), [1, 2, 3]), "read flat"),
+    "in a plane": (np.c_[CORNERS[:, :2], np.zeros(5)], "read flat"),
+    "nearly in a plane": (CORNERS * [1, 1, 1e-17], "read flat"),
     "denormal": (5e-324 * CORNERS, "refused flat"),
-    "denormal in one axis": (CORNERS * [1, 1, 5e-324], "hull flat"),
-    "smallest": (SMALLEST_MESH * CORNERS, "hull flat"),
-    "ten micrometres": (1e-5 * CORNERS, "hull solid"),
+    "denormal in one axis": (CORNERS * [1, 1, 5e-324], "read flat"),
+    "smallest": (SMALLEST_MESH * CORNERS, "read flat"),
+    "ten micrometres": (1e-5 * CORNERS, "read solid"),
     "below the smallest": (0.1 * SMALLEST_MESH * CORNERS, "refused flat"),
-    "largest": (LARGEST_MESH * CORNERS, "hull solid"),
+    "largest": (LARGEST_MESH * CORNERS, "read solid"),
     "above the largest": (1.01 * LARGEST_MESH * CORNERS, "refused flat"),
-    "small and far away": (1e-3 * CORNERS + LARGEST_MESH / 2, "hull solid"),
-    "smallest to largest": (10.0 ** np.linspace(-9, 6, 40)[:, None] * [1, -1, 1], "hull flat"),
+    "small and far away": (1e-3 * CORNERS + LARGEST_MESH / 2, "read solid"),
+    "smallest to largest": (10.0 ** np.linspace(-9, 6, 40)[:, None] * [1, -1, 1], "read flat"),
     "1e300": (1e300 * CORNERS, "refused flat"),
     "not a number": (CORNERS * [1, 1, np.nan], "refused flat"),
     "infinite": (np.where(CORNERS == 1, np.inf, 0.0), "refused flat"),
 }
 
 
-def test_odd_sets_of_points_are_refused_or_flat(tmp_path: Path) -> None:
-    """Flat sets have corners but no volume; what has no size, or no possible one, is refused."""
+def test_odd_sets_of_points_are_refused_or_flat_and_crash_nothing(tmp_path: Path) -> None:
+    """Flat sets have corners but no volume; sets without a size, or too large, are refused.
+
+    Denormal coordinates beside ordinary ones, scaled by 1e300, ended in a segmentation fault.
+    """
     paths = [write_ply(tmp_path / f"{k}.ply", odd) for k, (odd, _) in enumerate(ODD_SETS.values())]
-    found = judged([(path, 1.0) for path in paths])
+    trials = [(path, 1.0) for path in paths]
+    for seed in range(100, 120):  # half of these crashed
+        rng = np.random.default_rng(seed)
+        powers = rng.uniform(-323, 0, (int(rng.integers(4, 60)), 3))
+        vertices = rng.standard_normal(powers.shape) * 10.0**powers
+        path = write_ply(tmp_path / f"{seed}.ply", vertices)
+        trials += [(path, 10.0**power) for power in (300, 0, 150, -150)]
+    found = judged(trials)
     expected = {name: line for name, (_, line) in ODD_SETS.items()}
-    assert dict(zip(ODD_SETS, found, strict=True)) == expected
+    assert dict(zip(ODD_SETS, found, strict=False)) == expected
+    assert set(found[len(paths) :: 4]) == {"refused flat"}
 
 
 def test_no_vertices_and_no_triangles(tmp_path: Path) -> None:
@@ -134,7 +126,7 @@ def test_no_vertices_and_no_triangles(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("factor", [1e300, 1e9, -1e308, 1e-12, 1e-300, -1e-310])
 def test_a_scale_that_makes_a_mesh_absurd(tmp_path: Path, factor: float) -> None:
-    """The reason names the size, the allowed ones and the scale as the way out."""
+    """The reason names the size, the allowed ones and the scale as the remedy."""
     path = write_ply(tmp_path / "a.ply", CORNERS)
     with refused(MeshError, file=str(path)) as caught:
         read_mesh(path, (factor,) * 3)
@@ -149,11 +141,11 @@ def test_small_negative_factors_still_mirror(tmp_path: Path) -> None:
     assert np.array_equal(mirrored.faces, plain.faces[:, ::-1])
 
 
-def test_a_million_points(tmp_path: Path) -> None:
+def test_many_points(tmp_path: Path) -> None:
     """The corners of a cube among points inside of it."""
     rng = np.random.default_rng(0)
     corners = np.array(np.meshgrid(*[(-1.0, 1.0)] * 3)).reshape(3, -1).T
-    vertices = np.vstack([rng.uniform(-0.9, 0.9, (1_000_000, 3)), corners])
+    vertices = np.vstack([rng.uniform(-0.9, 0.9, (200_000, 3)), corners])
     path = tmp_path / "a.stl"
     triangle = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("bits", "<u2")])
     rows = np.zeros(len(vertices) // 3 + 1, triangle)
@@ -161,12 +153,11 @@ def test_a_million_points(tmp_path: Path) -> None:
     path.write_bytes(bytes(80) + len(rows).to_bytes(4, "little") + rows.tobytes())
     solid = mesh_solid(path, np.ones(3))
     assert solid is not None and solid.volume == pytest.approx(8.0, rel=1e-6)
-    assert len(read_mesh(path).hull_vertices) == 8
 
 
 # places and sizes -------------------------------------------------------------------------------
 
-FAR = (1e12, -1e12, 1e300, 1.7e308)
+FAR = (1e12, -1e12, 1.7e308)
 GROUNDS = {
     "flat": hp.Flat(),
     "slope": hp.Slope(angle=0.2),
@@ -180,7 +171,7 @@ GROUNDS = {
 @pytest.mark.parametrize("function", ["clearance", "lift"])
 @pytest.mark.parametrize("value", FAR)
 def test_clearance_of_places_beyond_any_ground(name: str, function: str, value: float) -> None:
-    """On stairs it said 1e9 m for a place at 1e12 m, or that an empty sequence has no minimum."""
+    """On stairs the result was 1e9 m for a place at 1e12 m, or the minimum of an empty sequence."""
     measure = getattr(GROUNDS[name], function)
     for axis in range(3):
         point = np.zeros((1, 3))
@@ -189,12 +180,6 @@ def test_clearance_of_places_beyond_any_ground(name: str, function: str, value: 
             measure(point, 0.1)
     with refused(ParameterError, "radii[1]", abs(value)):
         measure([[0, 0, 0], [0, 0, 1]], [0.1, abs(value)])
-
-
-@pytest.mark.parametrize("points", ["abc", [[0, 0, 0], [0, 0]], [[0, 0, "x"]]])
-def test_clearance_of_what_is_no_array_of_numbers(points: object) -> None:
-    with refused(ParameterError, "Ground.clearance.points"):
-        hp.Flat().clearance(points)  # type: ignore[arg-type]
 
 
 def test_clearance_as_far_as_a_ground_reaches() -> None:
@@ -229,12 +214,12 @@ def plain_distance(plain: hp.Robot) -> float:
 
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("value", ["1e9", "1e12", "1e155", "1e300"])
-@pytest.mark.parametrize("tag", ["visual", "collision"])
 def test_shapes_of_absurd_size_are_dropped(
-    tmp_path: Path, plain: hp.Robot, plain_distance: float, shape: str, value: str, tag: str
+    tmp_path: Path, plain: hp.Robot, plain_distance: float, shape: str, value: str
 ) -> None:
     """A cylinder of 1e12 m ended loading in a LinAlgError, a sphere of 1e300 m in "no limbs"."""
-    text = f"<{tag}><geometry>{SHAPES[shape].format(value)}</geometry></{tag}></link>"
+    geometry = f"<geometry>{SHAPES[shape].format(value)}</geometry>"
+    text = f"<visual>{geometry}</visual><collision>{geometry}</collision></link>"
     file = tmp_path / "a.urdf"
     file.write_text(SOUND.replace("</link>", text))
     robot = hp.load_robot(file)
@@ -246,7 +231,7 @@ def test_shapes_of_absurd_size_are_dropped(
 
 @pytest.mark.parametrize("value", ["1e9", "1e12", "1e300", "nan"])
 def test_joints_at_absurd_places_are_refused_by_name(tmp_path: Path, value: str) -> None:
-    """At 1e12 m a foot was said to lie 6e-05 m outside the reach of its leg."""
+    """At 1e12 m a foot was reported to lie 6e-05 m outside the reach of its leg."""
     file = broken(put("joint lf_femur_joint/origin", xyz=f"0 0 {value}"))
     (found,) = [x for x in find_all(file, None) if x.severity == "refused"]
     assert (found.what, found.where) == ("unreadable origin", "joint 'lf_femur_joint'")
@@ -260,25 +245,27 @@ INERTIAL = '<inertial><mass value="1e-3"/><inertia ixx="1e-6" iyy="1e-6" izz="1e
 MOVES = '<axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="5" velocity="6"/>'
 Parent = Callable[[int], str]
 LONG: dict[str, tuple[Parent, str, bool]] = {
-    "fixed in a row on the trunk": (lambda k: f"x{k - 1}" if k else "base_link", "fixed", True),
-    "fixed in a row on a leg": (lambda k: f"x{k - 1}" if k else "lf_tibia", "fixed", True),
+    "fixed in a row on the trunk": (lambda k: f"{{}}{k - 1}" if k else "base_link", "fixed", True),
+    "fixed in a row on a leg": (lambda k: f"{{}}{k - 1}" if k else "lf_tibia", "fixed", True),
     "fixed around the trunk": (lambda k: "base_link", "fixed", True),
-    "moved in a row": (lambda k: f"x{k - 1}" if k else "base_link", "revolute", True),
-    "moved as a tree": (lambda k: f"x{k // 2 - 1}" if k > 1 else "base_link", "revolute", True),
-    "of one name": (lambda k: "x" if k else "base_link", "fixed", False),
-    "on a loop": (lambda k: f"x{k - 1}" if k else "x9", "fixed", True),
+    "moved in a row": (lambda k: f"{{}}{k - 1}" if k else "base_link", "revolute", True),
+    "moved as a tree": (lambda k: f"{{}}{k // 2 - 1}" if k > 1 else "base_link", "revolute", True),
+    "of one name": (lambda k: "{}" if k else "base_link", "fixed", False),
+    "on a loop": (lambda k: f"{{}}{k - 1}" if k else "{}9", "fixed", True),
 }
 
 
 def long_file(kind: str, number: int) -> str:
-    """Return the sound robot with a number of further links."""
-    parent, joint, numbered = LONG[kind]
+    """Return the sound robot with a number of further links of each kind."""
     parts = []
-    for k in range(number):
-        name = f"x{k}" if numbered else "x"
-        parts.append(f'<link name="{name}">{INERTIAL}</link><joint name="j{name}" type="{joint}">')
-        parts.append(f'<parent link="{parent(k)}"/><child link="{name}"/>')
-        parts.append(f"{MOVES if joint == 'revolute' else ''}</joint>")
+    for letter, one in zip("xyz", kind.split(", "), strict=False):
+        parent, joint, numbered = LONG[one]
+        for k in range(number):
+            name = f"{letter}{k}" if numbered else letter
+            parts.append(f'<link name="{name}">{INERTIAL}</link>')
+            parts.append(f'<joint name="j{name}" type="{joint}">')
+            parts.append(f'<parent link="{parent(k).format(letter)}"/><child link="{name}"/>')
+            parts.append(f"{MOVES if joint == 'revolute' else ''}</joint>")
     return SOUND.replace("</robot>", "".join(parts) + "</robot>")
 
 
@@ -310,34 +297,42 @@ def load_check_repair(path: Path) -> None:
     repair_urdf(read_urdf(path), NoMeshes())
 
 
-@pytest.mark.parametrize("kind", LONG)
+@pytest.mark.parametrize(
+    "kind",
+    ["fixed in a row on the trunk, fixed in a row on a leg, fixed around the trunk",
+     "moved in a row, moved as a tree", "of one name", "on a loop"],
+)  # fmt: skip
 def test_work_grows_with_the_number_of_links(tmp_path: Path, kind: str) -> None:
     """1000 links fixed in a row took 7.4 s: the work grew with the cube of their number."""
     work, path = [], tmp_path / "a.urdf"
-    for number in (10, 15, 30, 60):
+    path.write_text(long_file(kind, 10))
+    load_check_repair(path)  # lines of imports do not count
+    for number in (10, 20, 40):
         path.write_text(long_file(kind, number))
-        if number == 10:
-            load_check_repair(path)  # what is imported counts in none
-            continue
         work.append(lines_run(lambda: load_check_repair(path)))
-    assert work[2] - work[1] < 2.05 * (work[1] - work[0]), work
+    assert work[2] - work[1] < 2.02 * (work[1] - work[0]), work
 
 
 @pytest.mark.parametrize(
     ("kind", "number"),
-    [("fixed in a row on a leg", MAX_LINKS - 25), ("moved in a row", 600), ("of one name", 600)],
+    [("fixed in a row on a leg", MAX_LINKS - 25), ("moved in a row", 400), ("of one name", 400)],
 )
 def test_as_many_links_as_are_read(tmp_path: Path, kind: str, number: int) -> None:
     """Nothing recurses per link: with less depth than there are links."""
     path, depth = tmp_path / "a.urdf", sys.getrecursionlimit()
+    path.write_text(long_file(kind, 10))
+    load_check_repair(path)  # imports need more depth
     path.write_text(long_file(kind, number))
-    load_check_repair(path)  # what is imported needs more depth
     sys.setrecursionlimit(min(depth, len(inspect.stack(0)) + number // 2))
     try:
         load_check_repair(path)
     finally:
         sys.setrecursionlimit(depth)
-    path.write_text(long_file(kind, 5000))
+
+
+def test_more_links_than_are_read(tmp_path: Path) -> None:
+    path = tmp_path / "a.urdf"
+    path.write_text(long_file("fixed in a row on a leg", MAX_LINKS + 1))
     with refused(UrdfError, source=str(path), about=(f"{MAX_LINKS}",)):
         hp.load_robot(path)
 

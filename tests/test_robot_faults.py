@@ -21,22 +21,9 @@ BASE = hp.urdf_path("kharagpur").read_text(encoding="utf-8")
 XACRO = '<robot name="a" xmlns:xacro="http://www.ros.org/wiki/xacro">{}</robot>'
 
 
-def links(count: int) -> str:
-    """Return links that are fixed to the trunk, with their joints."""
-    return "".join(
-        f'<link name="l{i}"/><joint name="j{i}" type="fixed"><parent link="base_link"/>'
-        f'<child link="l{i}"/></joint>'
-        for i in range(count)
-    )
-
-
 ENTITY = '<!DOCTYPE r [<!ENTITY x SYSTEM "file:///etc/passwd">]><robot name="a">&x;</robot>'
 
 REFUSED = {
-    "ten thousand links": (
-        BASE.replace("</robot>", links(10_000) + "</robot>"),
-        ("links", "10025", "2000"),
-    ),
     "a million levels": ("<a>" * 1_000_000 + "</a>" * 1_000_000, ("nested", "100")),
     "external entity": (ENTITY, ("<!DOCTYPE",)),
     "entity bomb": ('<!DOCTYPE r [<!ENTITY a "aa">]><robot name="&a;"/>', ("<!DOCTYPE",)),
@@ -63,14 +50,8 @@ def test_a_file_is_refused_with_what_is_wrong(name: str, tmp_path: Path):
         hp.load_robot(path)
 
 
-def test_a_few_links_more_than_legs_need_are_read(tmp_path: Path):
-    path = tmp_path / "robot.urdf"
-    path.write_text(BASE.replace("</robot>", links(60) + "</robot>"), encoding="utf-8")
-    assert len(hp.load_robot(path).legs) == 6
-
-
 @pytest.mark.parametrize("data", [b"\xff\xfe\x00", BASE.encode().replace(b"S2", b"S\xe9", 1)])
-def test_text_that_is_not_utf8_is_told_with_its_byte(data: bytes, tmp_path: Path):
+def test_text_that_is_not_utf8_is_refused_with_its_byte(data: bytes, tmp_path: Path):
     path = tmp_path / "robot.urdf"
     path.write_bytes(data)
     place = next(k for k, byte in enumerate(data) if byte >= 128)
@@ -83,8 +64,6 @@ def test_names_that_no_file_has(tmp_path: Path):
     reason = os.strerror(errno.ENAMETOOLONG)[1:]  # it may begin with a small letter
     with refused(UrdfError, source=str(long), about=(reason,)):
         hp.load_robot(long)
-    with refused(UrdfError, source=str(tmp_path), about=("folder", "URDF")):
-        hp.load_robot(tmp_path)
     with refused(ParameterError, "load_robot.source", "a\u0000b.urdf"):
         hp.load_robot("a\0b.urdf")
 
@@ -130,7 +109,7 @@ def test_huge_limits_end_in_a_result_or_a_refusal(name: str, tmp_path: Path):
         ("${(lambda: 1)()}", "Lambda"), ("${python.vars(math)}", "'vars'"),
     ],
 )  # fmt: skip
-def test_expressions_that_take_for_ever_or_lead_out(expression: str, about: str, tmp_path: Path):
+def test_endless_and_unsafe_expressions_are_refused(expression: str, about: str, tmp_path: Path):
     path = tmp_path / "robot.xacro"
     path.write_text(XACRO.format(f'<link name="{expression}"/>'), encoding="utf-8")
     with refused(UrdfError, source=str(path), about=(about, html.unescape(expression[2:-1]))):
@@ -152,12 +131,6 @@ def test_values_of_expressions_are_those_of_python(expression: str, value: str, 
         XACRO.format(f'<link name="{html.escape("${" + expression + "}")}"/>'), encoding="utf-8"
     )
     assert f'<link name="{value}"' in read_robot_text(path).text
-
-
-def test_powers_of_plain_numbers_are_evaluated(tmp_path: Path):
-    path = tmp_path / "robot.xacro"
-    path.write_text(XACRO.format('<link name="a${2**3}"/>'), encoding="utf-8")
-    assert 'name="a8' in read_robot_text(path).text
 
 
 def test_a_package_is_not_left(tmp_path: Path):
@@ -201,15 +174,6 @@ def test_macros_that_call_each_other_ten_times_each_are_ended(tmp_path: Path):
     last = '<xacro:macro name="m8"/>'
     path.write_text(XACRO.format(macros + last + "<xacro:m0/>"), encoding="utf-8")
     with refused(UrdfError, source=str(path), about=("5000", "macros")):
-        hp.load_robot(path)
-
-
-def test_an_include_that_is_no_regular_file_is_refused(tmp_path: Path):
-    os.mkfifo(tmp_path / "inc.xacro")
-    path = tmp_path / "robot.xacro"
-    path.write_text(XACRO.format('<xacro:include filename="inc.xacro"/>'), encoding="utf-8")
-    about = (str(tmp_path / "inc.xacro"), "regular")
-    with refused(UrdfError, source=str(path), about=about):
         hp.load_robot(path)
 
 

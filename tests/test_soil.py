@@ -81,8 +81,8 @@ def test_small_depths_are_an_exact_power_law() -> None:
     assert stiffness == pytest.approx(law.stiffness, rel=1e-2)
 
 
-def test_foot_sinks_as_the_soil_says_and_hardly_rebounds() -> None:
-    """A robot at rest: each foot as deep as its own load asks for, within 2 %."""
+def test_foot_sinks_by_the_soils_law_and_hardly_rebounds() -> None:
+    """A robot at rest: each foot as deep as its own load requires, within 2 %."""
     robot = hp.load_robot("kharagpur")
     load = robot.total_mass * 9.80665 / 6.0
     contact = hp.Contact.soil("sand", radius=R, load=load)
@@ -96,7 +96,7 @@ def test_foot_sinks_as_the_soil_says_and_hardly_rebounds() -> None:
     assert contact.friction.mu == pytest.approx(math.tan(math.radians(31.1)))
 
 
-def test_preset_is_named_and_says_what_is_assumed() -> None:
+def test_preset_is_named_and_lists_what_is_assumed() -> None:
     assert hp.Contact.preset("soil") == hp.Contact.soil()
     for name in SOILS:
         assert "dissipation" in hp.Contact.soil(name).assumed and SOILS[name].source

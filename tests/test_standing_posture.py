@@ -178,7 +178,7 @@ def test_hips_at_different_heights_stand_level():
     check(legs, standing_posture(legs))
 
 
-def test_no_posture_names_leg_joint_and_way_out():
+def test_no_posture_names_leg_joint_and_remedy():
     """One femur that can only point up: that leg and that joint are named."""
     legs = six()
     upper = np.array([0.8, -1.35, 0.3])
@@ -189,7 +189,7 @@ def test_no_posture_names_leg_joint_and_way_out():
 
 
 def test_no_limits_at_all_are_refused_not_stood_on():
-    """Every limit zero: nothing can move, and the message says what to do."""
+    """Every limit zero: nothing can move, and the message has a remedy."""
     legs = six(((0.0, 0.0),) * 3)
     with refused(ReachError, leg="lf", about=("posture=[...]",)):
         standing_posture(legs)

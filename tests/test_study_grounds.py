@@ -37,7 +37,7 @@ def test_level_where_the_robot_starts_and_kept_in_toml(name: str) -> None:
     assert read_terrain(ground.model_dump(mode="json")) == ground
 
 
-def test_bumps_reach_half_the_lift_along_the_whole_way() -> None:
+def test_bumps_reach_half_the_lift_along_the_whole_path() -> None:
     bumps = GROUNDS["bumps"][0]
     x, y = np.meshgrid(np.arange(-1.0, LENGTH + 1.0, 0.01), np.arange(-1.0, 1.0, 0.01))
     z = bumps.height_at(x, y)

@@ -16,6 +16,7 @@ from grounds import (
     SLOPE,
     STAIRS,
 )
+from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError
@@ -58,14 +59,9 @@ def test_patch_scales_friction_and_stiffness_in_a_run(tmp_path: Path) -> None:
         scene = hp.Scene(robot, terrain=terrain, contact=contact, servo=vehicles.LIMP)
         start = vehicles.state(robot, -softness * (9.81e-6) ** (2.0 / 3.0), (1.0, 0.0, 0.0))
         trace = hp.simulate(
-            scene,
-            hp.HoldPosture(),
-            duration=0.1,
-            method="rk4",
-            step=1e-5,
-            sample=0.1,
+            scene, hp.HoldPosture(), duration=0.1, method="rk4", step=1e-5, sample=0.1,
             initial=start,
-        )
+        )  # fmt: skip
         assert trace.v[-1, 0] == pytest.approx(1.0 - mu * 9.81 * 0.1, rel=1e-9)
         depth = softness * (9.81e-6) ** (2.0 / 3.0)
         assert trace.foot_gap[-1, 0] == pytest.approx(-depth, rel=1e-9)
@@ -106,7 +102,7 @@ def test_a_patch_equals_ground_of_its_own_coefficients(
         np.testing.assert_allclose(patched, own, rtol=1e-12, atol=1e-12 * np.abs(own).max())
 
 
-def test_shaken_ground_moves_as_it_says() -> None:
+def test_shaken_ground_moves_by_its_formula() -> None:
     table = hp.terrain.ShakingGround(amplitude=2e-3, frequency=12.0)
     time = np.array([0.0, 1.0 / 48.0, 1.0 / 24.0])
     assert table.lift_at(time) == pytest.approx([0.0, 2e-3, 0.0], abs=1e-15)
@@ -138,11 +134,19 @@ def test_a_robot_stands_on_any_ground(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("points", "radii"),
-    [([[0, 0]], 0.0), ([[0, 0, math.nan]], 0.0), ([[0, 0, 0]], [1.0, 2.0]), ([[0, 0, 0]], -1.0)],
+    ("points", "radii", "name"),
+    [
+        ([[0, 0]], 0.0, "points"),
+        ([[0, 0, math.nan]], 0.0, "points[0, 2]"),
+        ([[0, 0, 0]], [1.0, 2.0], "radii"),
+        ([[0, 0, 0]], -1.0, "radii"),
+        ("abc", 0.0, "Ground.clearance.points"),
+        ([[0, 0, 0], [0, 0]], 0.0, "Ground.clearance.points"),
+        ([[0, 0, "x"]], 0.0, "Ground.clearance.points"),
+    ],
 )
-def test_clearance_refuses_what_is_no_sphere(points, radii) -> None:
-    with pytest.raises(ParameterError):
+def test_clearance_refuses_what_is_no_sphere(points, radii, name: str) -> None:
+    with refused(ParameterError, name):
         STAIRS.clearance(points, radii)
 
 

@@ -65,7 +65,7 @@ def box_corners(size: tuple[float, ...]) -> np.ndarray:
 
 @pytest.mark.parametrize("name", PAPER_ROBOTS)
 def test_built_in_robots_have_the_corners_of_their_table(name: str) -> None:
-    """Their trunk is drawn only, and the points say so."""
+    """Their trunk is drawn only, which is reported."""
     found = trunk_points(hp.load_robot(name))
     same_points(found, box_corners(PAPER_ROBOTS[name].trunk.size))
     assert found.assumed == "the trunk is as large as it is drawn"
@@ -132,7 +132,7 @@ def test_a_mesh_is_its_bounding_box(tmp_path: Path) -> None:
 
 
 def test_without_a_usable_shape_the_trunk_is_a_box_around_the_hips(tmp_path: Path) -> None:
-    """Hips at x +-0.2, y +-0.1025: 0.4 times 0.205 m thick; what was unusable is said."""
+    """Hips at x +-0.2, y +-0.1025: 0.4 times 0.205 m thick; the unusable shape is reported."""
     robot = with_trunk(tmp_path, collision('<mesh filename="package://none/cube.stl"/>'))
     found = trunk_points(robot)
     same_points(found, box_corners((0.4, 0.205, 0.082)))

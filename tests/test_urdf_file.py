@@ -91,7 +91,7 @@ def refusal(tmp_path: Path, text: str) -> list[str]:
         (GOOD.replace("</robot>", '<link name="lf_coxa"/></robot>'), "lf_coxa", "unique"),
         (joint("rf_tibia_joint", 'joint name="rf_tibia_joint"', 'joint name="lf_tibia_joint"'),
          "lf_tibia_joint", "unique"),
-        (GOOD.replace("lf_coxa_joint", "root_joint"), "root_joint", "kept for the floating base"),
+        (GOOD.replace("lf_coxa_joint", "root_joint"), "root_joint", "reserved for the floating"),
         (GOOD.replace('posture joint="lf_coxa_joint"', 'posture joint="nope"'), "nope", "posture"),
         (link("lf_foot", 'collision>.*?radius="0.01"',
               'collision><origin xyz="0 0 0"/><geometry><sphere radius="-0.01"'),
@@ -105,20 +105,17 @@ def test_refused_by_name(tmp_path: Path, text: str, culprit: str, value: str) ->
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("text", "about"),
     [
-        ("", "not XML"),
         ("not xml at all", "line 1"),
         (GOOD[:2000], "not XML"),
         ("<sdf/>", "<sdf>"),
         ('<robot name="empty"/>', "no <link>"),
-        ('<!DOCTYPE robot [<!ENTITY a "b">]>' + GOOD.split("\n", 1)[1], "DOCTYPE"),
-        ('<!DOCTYPE r SYSTEM "file:///etc/hostname"><robot name="&x;"/>', "DOCTYPE"),
     ],
 )
-def test_no_urdf_at_all(tmp_path: Path, text: str, words: str) -> None:
+def test_no_urdf_at_all(tmp_path: Path, text: str, about: str) -> None:
     """Refused before any parser of a library sees the file, with the place where it breaks."""
-    assert words in refusal(tmp_path, text)[0]
+    assert about in refusal(tmp_path, text)[0]
 
 
 def test_all_findings_at_once(tmp_path: Path) -> None:
@@ -133,18 +130,13 @@ def test_all_findings_at_once(tmp_path: Path) -> None:
 
 
 def test_unreadable_files(tmp_path: Path) -> None:
-    """Missing, a folder, not UTF-8, too large."""
+    """Missing, a folder, too large."""
     missing = tmp_path / "missing.urdf"
     for path, cause in ((missing, FileNotFoundError), (tmp_path, IsADirectoryError)):
-        with refused(UrdfError, source=str(path)) as caught:
+        about = ("folder", "URDF") if path is tmp_path else ()
+        with refused(UrdfError, source=str(path), about=about) as caught:
             load_robot(path)
         assert isinstance(caught.value.__cause__, cause)
-    latin = tmp_path / "latin.urdf"
-    data = GOOD.replace("kharagpur", "käfer").encode("latin-1")
-    latin.write_bytes(data)
-    place = data.index("ä".encode("latin-1"))
-    with refused(UrdfError, source=str(latin), about=("UTF-8", str(place))):
-        load_robot(latin)
     big = tmp_path / "big.urdf"
     big.write_text(GOOD)
     size = big.stat().st_size

@@ -89,15 +89,15 @@ def test_a_missing_argument_is_named(robot: Path) -> None:
     assert 'name="front_4"' in read_robot_text(robot, xacro_args={"length": "2"}).text
 
 
-def test_an_argument_that_is_not_asked_for_is_refused(robot: Path, tmp_path: Path) -> None:
+def test_an_argument_that_is_not_used_is_refused(robot: Path, tmp_path: Path) -> None:
     text = findings(robot, xacro_args={"lenght": "2"})
-    assert "'lenght'" in text and "asks for: length" in text
+    assert "'lenght'" in text and "file uses: length" in text
     urdf = write(tmp_path / "plain.urdf", LINK)
     assert "takes no xacro argument (length)" in findings(urdf, xacro_args={"length": "2"})
 
 
 def test_an_include_of_a_missing_package(robot: Path, tmp_path: Path) -> None:
-    """It names package and file; --package-path is the way out; so are ROS's variables."""
+    """It names package and file; --package-path is the remedy; so are ROS's variables."""
     robot.write_text(robot.read_text().replace("$(find spider)/urdf/", "$(find parts)/xacro/"))
     os.makedirs(tmp_path / "far/parts/xacro")
     os.rename(robot.parent / "leg.xacro", tmp_path / "far/parts/xacro/leg.xacro")

@@ -45,7 +45,7 @@ class JointStops(Spec):
         return values
 
     def describe(self) -> str:
-        """Return the numbers with their units, in words."""
+        """Return a text of the numbers with their units."""
         text = f"{self.stiffness:g} N m/rad, "
         if self.sliding_stiffness is not None:
             text += f"{self.sliding_stiffness:g} N/m where joints slide, "

@@ -243,7 +243,7 @@ class Servo(Spec):
         return {name: value for name, value in dump(self).items() if value is not None}
 
     def describe(self) -> str:
-        """Return the gains with their units, in words; of sliding joints they are N/m, N s/m."""
+        """Return a text of the gains with their units; of sliding joints they are N/m, N s/m."""
         return f"kp {_text(self.kp)} N m/rad, kd {_text(self.kd)} N m s/rad"
 
     def gains(self, robot: Robot) -> tuple[Array, Array]:
@@ -289,7 +289,7 @@ class Servo(Spec):
         """Return the default servos of a robot: *assumed* gains where none are given.
 
         They follow the effort (`from_effort`) where that is 1 to 20 times what standing takes, and
-        weight and leg length where it is not; `rule` says so. See `assumed_gains`.
+        weight and leg length where it is not; `rule` reports it. See `assumed_gains`.
 
         Args:
             robot: whose joints they drive.
@@ -344,7 +344,7 @@ class Servo(Spec):
 
 
 MOST_NAMED = 6
-"""Most gains of a mapping that are told one by one."""
+"""Most gains of a mapping that a text lists one by one."""
 
 
 def _scaled(gain: Gain, factor: float) -> Gain:

@@ -127,7 +127,7 @@ def leg_bodies(robot: Robot) -> LegBodies:
 
 
 def _may_meet(first: _Body, second: _Body) -> bool:
-    """Tell whether two shapes are checked: the trunk comes last, a first link sits on it."""
+    """Return whether two shapes are checked: the trunk comes last, a first link sits on it."""
     return first.leg != second.leg and not (second.leg == TRUNK and first.place == 0)
 
 

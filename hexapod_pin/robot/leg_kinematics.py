@@ -130,7 +130,7 @@ class LegKinematics(LegGeometry):
 
         Raises:
             ReachError: if a target is outside the reach or on the yaw axis, or needs a joint
-                outside its limits; it says by how much.
+                outside its limits; with the excess.
         """
         p = np.asarray(p_BF, dtype=float)
         targets = p.reshape(-1, 3)
@@ -340,7 +340,7 @@ def follow_search(leg: LegGeometry, targets: Array, near: Array, *, limits: bool
 
 
 def _jumps(q: Array) -> NDArray[np.bool_]:
-    """Tell which angles (N, J) are far from those before. Shape (N - 1,)."""
+    """Return which angles (N, J) are far from those before. Shape (N - 1,)."""
     return np.asarray((np.abs(np.diff(q, axis=0)) >= MAX_ANGLE_CHANGE).any(axis=1))
 
 

@@ -1,6 +1,6 @@
 """The shapes of links are reduced to primitives.
 
-The outermost points of the trunk tell whether a robot has fallen or sat down.
+By the outermost points of the trunk a robot is found to have fallen or sat down.
 
 Boxes, cylinders and spheres are taken as written; a mesh becomes its bounding box.
 """
@@ -100,7 +100,7 @@ def link_shapes(
 
 
 def _shape(robot: Robot, link: str, element: ElementTree.Element, *, meshes: bool) -> LinkShape:
-    """Return one shape; ValueError says why it cannot be used."""
+    """Return one shape; a ValueError has the reason why it cannot be used."""
     xyz, rpy = origin(element)
     kind, size, centre, is_mesh = _geometry(robot, element, meshes=meshes)
     if not (all(map(math.isfinite, (*xyz, *rpy, *size))) and min(size) > 0.0):
@@ -145,7 +145,7 @@ def _mesh_bounds(robot: Robot, mesh: ElementTree.Element) -> Array:
         raise ValueError(f"mesh {name!r} {error.reason}") from error
 
 
-# The trunk's outermost points: what touches the ground where a robot falls or sits down.
+# The trunk's outermost points, which touch the ground where a robot falls or sits down.
 
 MAX_TRUNK_POINTS = 16
 """How many points stand for a trunk at most."""
@@ -189,7 +189,7 @@ def trunk_points(robot: Robot) -> TrunkPoints:
 
     From their collision shapes, else from their drawn shapes, else of a box around the hips:
     corners of boxes (of meshes: of their bounding boxes), eight points on each rim of a cylinder,
-    spheres as they are. Of more than 16 those are kept that reach farthest in 16 directions.
+    spheres as they are. Of more than 16 those that reach farthest in 16 directions are used.
 
     Returns:
         No points where the base has no shapes, and fewer than three hips or hips on one line.
@@ -202,9 +202,9 @@ def trunk_points(robot: Robot) -> TrunkPoints:
         points, note = _around_hips(robot, file)
         notes = [*notes, note] if points else []
     if len(points) > MAX_TRUNK_POINTS:
-        kept = _outermost(points)
-        notes.append(f"{len(kept)} of {len(points)} points kept")
-        points = kept
+        outermost = _outermost(points)
+        notes.append(f"{len(outermost)} of {len(points)} points kept")
+        points = outermost
     return TrunkPoints(
         points=read_only(np.array([place for _, place, _ in points]).reshape(-1, 3)),
         radius=read_only([radius for _, _, radius in points]),
@@ -274,11 +274,11 @@ def _around_hips(robot: Robot, file: UrdfFile) -> tuple[list[Point], str]:
 
 def _distinct(points: list[Point]) -> list[Point]:
     """Return the points without those that repeat another."""
-    kept: list[Point] = []
+    distinct: list[Point] = []
     for name, place, radius in points:
-        if not any(np.allclose(place, p, atol=1e-9) and radius == r for _, p, r in kept):
-            kept.append((name, place, radius))
-    return kept
+        if not any(np.allclose(place, p, atol=1e-9) and radius == r for _, p, r in distinct):
+            distinct.append((name, place, radius))
+    return distinct
 
 
 def _outermost(points: list[Point]) -> list[Point]:

@@ -206,8 +206,8 @@ def load_robot(
 ) -> Robot:
     """Load a robot: "kharagpur", "athena", or the path of any URDF or xacro file.
 
-    What the file does not say is inferred from its geometry, and said in `Robot.inferred`. Every
-    argument goes before what is inferred, and before the hints file beside the URDF.
+    What the file does not state is inferred from its geometry and reported in `Robot.inferred`.
+    Every argument goes before what is inferred, and before the hints file beside the URDF.
 
     Args:
         source: name of a packaged robot or path of a URDF or xacro file.
@@ -269,7 +269,7 @@ def robot_of(urdf: LoadedUrdf, source: str) -> Robot:
     feet, foot_notes = place_feet(file, model, links, options.foot_radius)
     own = {**layout.posture, **layout.held}
     angles, posture_notes = standing_angles(joints, own, options.posture)
-    said = read_provenance(file)
+    stated = read_provenance(file)
     return Robot(
         name=file.name, source=source, model=model, legs=legs, feet=feet,
         joint_names=tuple(joint.name for joint in joints),
@@ -280,7 +280,7 @@ def robot_of(urdf: LoadedUrdf, source: str) -> Robot:
         damping=read_only([joint.dynamics("damping") for joint in joints]),
         friction=read_only([joint.dynamics("friction") for joint in joints]),
         total_mass=math.fsum(link.mass or 0.0 for link in file.links),
-        posture=angles, provenance=said.line, assumed=said.assumed, inferred=said.inferred,
+        posture=angles, provenance=stated.line, assumed=stated.assumed, inferred=stated.inferred,
         repaired=urdf.repaired,
         notes=(*urdf.notes, *foot_notes, *posture_notes, *_unused(file, feet)),
         options=_given(options),
@@ -377,7 +377,7 @@ def once_per_robot(build: Callable[[Robot], Value]) -> Callable[[Robot], Value]:
     """Make a function of a robot compute its value once per robot.
 
     Robots are frozen and compared by identity, and are referred to weakly: the value must not hold
-    the robot. An exception is not kept.
+    the robot. An exception is not stored.
     """
     values: WeakKeyDictionary[Robot, Value] = WeakKeyDictionary()
 

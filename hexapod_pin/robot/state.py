@@ -123,7 +123,7 @@ def standing_angles(
     Args:
         joints: moved joints in order.
         own: the file's own angles by joint name [rad].
-        given: what the user asks for; None for the file's own.
+        given: angles of the user; None for the file's own.
 
     Raises:
         ParameterError: an angle outside its joint's limits.

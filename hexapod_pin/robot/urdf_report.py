@@ -38,7 +38,7 @@ class UrdfReport(Immutable):
         legs: the legs; empty where none can be found or the robot has none.
         feet: foot links with the radius of their spheres [m].
         layout: what was found beside the file's text; None where nothing can be.
-        assumed: what the file says is assumed.
+        assumed: statements of the file on what is assumed.
         found: every trouble of the file, those that refuse it and those that are suspicious.
         findings: why the file is refused, a sentence each; empty where it is accepted.
         notes: what the loader drops or changes.
@@ -69,9 +69,9 @@ class UrdfReport(Immutable):
 
     @property
     def refusals(self) -> tuple[str, ...]:
-        """Why the file is refused, where no finding says it: feet, posture, what is stated."""
-        said = {str(finding) for finding in self.found}
-        return tuple(text for text in self.findings if text not in said)
+        """Reasons for a refusal that are not in `found`: feet, posture, what is stated."""
+        known = {str(finding) for finding in self.found}
+        return tuple(text for text in self.findings if text not in known)
 
     def __str__(self) -> str:
         """Return the report as lines of text."""
@@ -121,13 +121,13 @@ def recognised_lines(report: UrdfReport) -> list[str]:
 
 
 def folded_texts(texts: Sequence[str]) -> list[str]:
-    """Return sentences "part: what is wrong", those that say the same of several parts as one."""
+    """Return sentences "part: fault", those of several parts with the same fault as one."""
     places: dict[str, list[str]] = {}
     for text in texts:
-        place, separator, words = text.partition(": ")
-        places.setdefault(words if separator else text, []).append(place if separator else "")
-    return [f"{places_text(parts)}: {words}" if any(parts) else words
-            for words, parts in places.items()]  # fmt: skip
+        place, separator, fault = text.partition(": ")
+        places.setdefault(fault if separator else text, []).append(place if separator else "")
+    return [f"{places_text(parts)}: {fault}" if any(parts) else fault
+            for fault, parts in places.items()]  # fmt: skip
 
 
 def chains_text(chains: Sequence[int]) -> str:

@@ -40,20 +40,20 @@ def _canonical(value: Any) -> Any:
 
 
 class _Texts:
-    """Texts of the parts used last, by identity: the part is kept, so that its id stays its own."""
+    """Texts of the parts used last, by identity: a stored part prevents reuse of its id."""
 
     def __init__(self) -> None:
-        self.kept: OrderedDict[int, tuple[object, str]] = OrderedDict()
+        self.texts: OrderedDict[int, tuple[object, str]] = OrderedDict()
 
     def of(self, part: Any, write: Callable[[Any], str]) -> str:
         """Return the text of a part that never changes; it is written once."""
-        found = self.kept.get(id(part))
+        found = self.texts.get(id(part))
         if found is not None and found[0] is part:
             return found[1]
         text = write(part)
-        self.kept[id(part)] = (part, text)
-        while len(self.kept) > KEPT_TEXTS:
-            self.kept.pop(next(iter(self.kept)), None)
+        self.texts[id(part)] = (part, text)
+        while len(self.texts) > KEPT_TEXTS:
+            self.texts.pop(next(iter(self.texts)), None)
         return text
 
 

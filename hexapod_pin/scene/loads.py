@@ -6,7 +6,14 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, NonNegativeFloat, PositiveFloat, field_validator, model_validator
+from pydantic import (
+    BeforeValidator,
+    Field,
+    NonNegativeFloat,
+    PositiveFloat,
+    field_validator,
+    model_validator,
+)
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError, UnknownNameError
@@ -20,7 +27,12 @@ if TYPE_CHECKING:
 
 # A body that a robot carries.
 
-Triple = tuple[float, float, float]
+
+def _plain(value: Any) -> Any:
+    return value.tolist() if isinstance(value, np.ndarray) else value
+
+
+Triple = Annotated[tuple[float, float, float], BeforeValidator(_plain)]
 Moments = tuple[float, float, float, float, float, float]
 Name = Annotated[str, Field(min_length=1)]
 GivenInertia = Sequence[float] | Sequence[Sequence[float]] | Array
@@ -58,11 +70,6 @@ class Payload(Spec):
         """
         moments = inertia if inertia is None else _six_numbers(inertia)
         super().__init__(link=link, mass=mass, position=position, inertia=moments, **others)
-
-    @field_validator("position", mode="before")
-    @classmethod
-    def _plain(cls, value: Any) -> Any:
-        return value.tolist() if isinstance(value, np.ndarray) else value
 
     @model_validator(mode="after")
     def _is_a_rigid_body(self) -> Payload:
@@ -102,7 +109,7 @@ def _six_numbers(inertia: GivenInertia) -> list[float]:
 
 
 class MassFactor(Spec):
-    """Mass and inertia of links times a factor: a robot heavier or lighter than its file says.
+    """Mass and inertia of links times a factor: a robot heavier or lighter than in its file.
 
     Attributes:
         factor: on mass and inertia [-]; centres of mass stay.
@@ -150,11 +157,6 @@ class RemovedMass(Spec):
             ParameterError: naming the field, the value and what is allowed.
         """
         super().__init__(link=link, mass=mass, position=position, **others)
-
-    @field_validator("position", mode="before")
-    @classmethod
-    def _plain(cls, value: Any) -> Any:
-        return value.tolist() if isinstance(value, np.ndarray) else value
 
 
 MassLoad = Payload | MassFactor | RemovedMass
@@ -210,11 +212,6 @@ class Push(Spec):
         given = {name: value for name, value in wrench.items() if value is not None}
         times = {"start": start, "duration": duration}
         super().__init__(link=link, position=position, **given, **times, **others)
-
-    @field_validator("position", "force", "torque", mode="before")
-    @classmethod
-    def _plain(cls, value: Any) -> Any:
-        return value.tolist() if isinstance(value, np.ndarray) else value
 
     @property
     def end(self) -> float:

@@ -88,11 +88,11 @@ def _keyed(given: Mapping[str, Any]) -> _KeyedOptions:
 
 
 def _stamp(source: str) -> tuple[int, int]:
-    """Return what tells that a file has changed: time and size."""
+    """Return time and size of a file, by which a change is noticed."""
     try:
         found = (urdf_path(source) if source in PACKAGED else user_path(source)).stat()
     except (OSError, ValueError):
-        return (0, 0)  # loading it says what is wrong
+        return (0, 0)  # loading it reports what is wrong
     return (found.st_mtime_ns, found.st_size)
 
 
@@ -105,7 +105,7 @@ def _loaded(
     posture: Any,
     keyed: _KeyedOptions | None,
 ) -> Robot:
-    """Load a robot; `stamp` only tells one content of a file from another."""
+    """Load a robot; `stamp` only distinguishes one content of a file from another."""
     options = None if keyed is None else keyed.options
     given = feet if options is None else options.feet
     robot = load_robot(source, feet=given, options=options)

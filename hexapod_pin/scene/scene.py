@@ -54,10 +54,10 @@ class Scene(Immutable):
             *assumed* numbers.
         loads: payloads, pushes and lost legs.
         body_contact: whether the ground pushes the trunk's corners (`trunk_points`) as it pushes
-            the feet; without it the trunk passes through, which is noticed and told.
+            the feet; without it the trunk passes through, which is reported.
         prescribed: whether the joints follow their set-points exactly, as ADAMS motions do ([S2]):
             only the base's six equations are integrated, and the joint torques are what inverse
-            dynamics with the foot forces says. No servo, torque limit or joint stop acts.
+            dynamics with the foot forces gives. No servo, torque limit or joint stop acts.
     """
 
     robot: Robot
@@ -75,9 +75,8 @@ class Scene(Immutable):
 
         Raises:
             ParameterError: gravity is not three finite numbers, `loads` holds something else, more
-                mass is removed from a link than it has, body
-                contact is wanted of a trunk whose shape is not known, or a leg is to be lost whose
-                joints follow a motion.
+                mass is removed from a link than it has, the trunk for body contact has no known
+                shape, or a leg is to be lost whose joints follow a motion.
             UnknownNameError: a load on a link or leg that the robot does not have.
         """
         if self.servo is None:
@@ -90,7 +89,7 @@ class Scene(Immutable):
         object.__setattr__(self, "gravity", gravity)
         object.__setattr__(self, "loads", checked_loads(self.robot, self.loads))
         if any(isinstance(load, RemovedMass) for load in self.loads):
-            self._require_possible_masses()
+            loaded_model(self)  # refuses masses that the links do not have
         if self.body_contact and not len(trunk_points(self.robot)):
             raise ParameterError(
                 "Scene.body_contact", True, f"False: the trunk of {self.robot.name} has no shape",
@@ -103,7 +102,7 @@ class Scene(Immutable):
             )  # fmt: skip
 
     def __eq__(self, other: object) -> bool:
-        """Tell whether both mean the same."""
+        """Return whether both mean the same."""
         return isinstance(other, Scene) and (self is other or self._meaning == other._meaning)
 
     def __hash__(self) -> int:
@@ -123,10 +122,6 @@ class Scene(Immutable):
     def joint_stops(self) -> JointStops:
         """What holds the joints in their range (never None)."""
         return self.stops or JointStops.for_robot(self.robot)
-
-    def _require_possible_masses(self) -> None:
-        """Refuse masses removed that the links do not have."""
-        loaded_model(self)
 
     @cached_property
     def settings(self) -> SceneSettings:
@@ -157,7 +152,7 @@ class Scene(Immutable):
         """Refuse loads, body contact and prescribed motion where they cannot be done.
 
         Raises:
-            ParameterError: the scene has some; `where` says what cannot do them.
+            ParameterError: the scene has some; `where` names what does not support them.
         """
         if self.loads:
             kinds = ", ".join(sorted({load.kind for load in self.loads}))

@@ -1,4 +1,4 @@
-"""What a scene says besides its robot, and its TOML form."""
+"""The settings of a scene besides its robot, and their TOML form."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ SCHEMA = 1
 
 @dataclass(frozen=True, eq=False)
 class SceneSettings(Immutable):
-    """What a scene says besides its robot; a run keeps it when the robot's file is gone.
+    """The settings of a scene besides its robot; a run stores them, without the robot's file.
 
     Attributes:
         terrain: the ground.

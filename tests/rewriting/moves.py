@@ -77,10 +77,10 @@ def split(robot: RobotParts, link: LinkPart, share: float, place: Placement) -> 
     move_frame(robot, part, place.inverse())
 
 
-def place_foot(robot: RobotParts, joint: JointPart, how: str) -> None:
+def place_foot(robot: RobotParts, joint: JointPart, frame: str) -> None:
     """Move the frame of the foot link that a fixed joint carries, or merge it into its parent."""
     foot = robot.link(joint.child)
-    if how == "none":
+    if frame == "none":
         parent = robot.link(joint.parent)
         for shape in foot.shapes:
             shape.place = joint.place @ shape.place
@@ -88,7 +88,7 @@ def place_foot(robot: RobotParts, joint: JointPart, how: str) -> None:
         robot.links.remove(foot)
         robot.joints.remove(joint)
         return
-    away = {"at the sphere": 1.0, "at the knee": 0.0, "beyond the sphere": FOOT_BEYOND}[how]
+    away = {"at the sphere": 1.0, "at the knee": 0.0, "beyond the sphere": FOOT_BEYOND}[frame]
     new = Placement(p=(away - 1.0) * (joint.place.r.T @ joint.place.p))
     joint.place = joint.place @ new
     move_frame(robot, foot, new.inverse())

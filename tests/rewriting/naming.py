@@ -18,9 +18,9 @@ def rename(robot: RobotParts, habit: str, rng: np.random.Generator) -> dict[str,
     links = {link.name: f"l{k}" for k, link in enumerate(robot.links)}
     joints = {joint.name: f"j{k}" for k, joint in enumerate(robot.joints)}
     if habit == "nonsense":
-        words = _words(rng, len(links) + len(joints))
-        links = {name: next(words) for name in links}
-        joints = {name: next(words) for name in joints}
+        names = _names(rng, len(links) + len(joints))
+        links = {name: next(names) for name in links}
+        joints = {name: next(names) for name in joints}
     elif habit == "numbers":
         links = {name: f"Link_{k + 1}" for name, k in _shuffled(links, rng)}
         joints = {name: f"Joint_{k + 1}" for name, k in _shuffled(joints, rng)}
@@ -54,8 +54,8 @@ def _shuffled(names: dict[str, str], rng: np.random.Generator) -> zip[tuple[str,
     return zip(names, rng.permutation(len(names)).tolist(), strict=True)
 
 
-def _words(rng: np.random.Generator, count: int) -> Iterator[str]:
-    """Return different words without meaning."""
+def _names(rng: np.random.Generator, count: int) -> Iterator[str]:
+    """Return different names without meaning."""
     found: dict[str, None] = {}
     while len(found) < count:
         pairs = [rng.choice(list(LETTERS)) + rng.choice(list(VOWELS)) for _ in range(4)]

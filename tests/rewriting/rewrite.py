@@ -98,7 +98,7 @@ def rewrite(text: str, conventions: ConventionSet, rng: np.random.Generator) -> 
 
 
 def stripped(text: str) -> str:
-    """Return a URDF without what its <hexapod_pin> element says, otherwise the same robot."""
+    """Return a URDF without its <hexapod_pin> element, otherwise the same robot."""
     return text_of(parts_of(_file(text)))
 
 

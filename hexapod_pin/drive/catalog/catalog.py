@@ -180,7 +180,7 @@ def _row(model: str, found: list[MotorRecord]) -> tuple[str, ...]:
 
 
 def _each(found: list[MotorRecord], text: Callable[[MotorRecord], str]) -> str:
-    """Return the text of each record, or that of one where all say the same."""
+    """Return the text of each record, or that of one where all are the same."""
     texts = [text(record) for record in found]
     return texts[0] if len(set(texts)) == 1 else " / ".join(texts)
 
@@ -244,7 +244,7 @@ class Column(NamedTuple):
 
     Attributes:
         field: of `MotorRecord`, in SI units (temperatures in deg C).
-        units: what a header's end says, with the factor to the field's unit; "" of a number without
+        units: ends of a header, with the factor to the field's unit; "" of a number without
             unit. The first is how the package writes it.
     """
 

@@ -1,6 +1,6 @@
 """A record is one motor at one voltage, as its data sheet states it.
 
-Derating says how much of it a lasting use may require; an unpublished rotor inertia is estimated.
+Derating is the part of it for a lasting use; an unpublished rotor inertia is estimated.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from hexapod_pin.spec import Spec
 class MotorRecord(Spec):
     """A motor with its gear at one voltage; torques and speeds are those of the joint.
 
-    What a data sheet does not tell is None: nothing is computed from other columns. The one number
-    that may be estimated is the rotor's inertia, and `assumed` says so.
+    What a data sheet does not give is None: nothing is computed from other columns. The one number
+    that may be estimated is the rotor's inertia, which `assumed` then reports.
 
     Attributes:
         model: name of the maker's model, such as "XM430-W350".
-        maker: who makes it.
-        motor_type: in words: "cored", "coreless", ...
+        maker: the manufacturer.
+        motor_type: "cored", "coreless", ...
         voltage: supply at which the row's numbers hold [V].
         voltage_min: smallest supply the motor is made for [V].
         voltage_max: largest supply the motor is made for [V].
@@ -52,10 +52,10 @@ class MotorRecord(Spec):
         thermal_resistance_housing: from housing to surroundings [K/W].
         thermal_time_winding: time constant of the winding [s].
         thermal_time_housing: time constant of the housing [s].
-        winding_temperature_max: what the winding bears [deg C].
+        winding_temperature_max: the highest of the winding [deg C].
         source: where the row's numbers are from.
         note: anything to know of the row.
-        uncertain: why the published numbers are not to be trusted; empty where nothing says so.
+        uncertain: why the published numbers are not to be trusted; else empty.
     """
 
     model: str
@@ -146,7 +146,7 @@ class MotorRecord(Spec):
 
     @property
     def flags(self) -> tuple[str, ...]:
-        """What is wrong with the row or missing from it, in words; empty where nothing is."""
+        """A sentence on each fault of the row and each missing number."""
         found = []
         efficiency = self.implied_efficiency
         if efficiency is not None and efficiency > 1.0:
@@ -181,7 +181,7 @@ class MotorRecord(Spec):
 
     @property
     def assumed(self) -> tuple[str, ...]:
-        """What of `motor()` is no published number of this motor, in words."""
+        """A sentence on each number of `motor()` that is not published for this motor."""
         if self.armature is not None:
             return ()
         return (estimated_armature(self).rule,)
@@ -238,7 +238,7 @@ class ArmatureEstimate(NamedTuple):
 
     Attributes:
         value: at the joint [kg m^2].
-        rule: how it was come by, in words.
+        rule: a sentence on its source.
     """
 
     value: float
@@ -267,7 +267,7 @@ def estimated_armature(record: MotorRecord) -> ArmatureEstimate:
     return ArmatureEstimate(value, rule)
 
 
-# Derating: how much of a motor's data sheet a lasting, reliable use may ask for.
+# Derating: the part of a motor's data sheet that a lasting, reliable use may require.
 
 Share = Annotated[float, Field(gt=0.0, le=1.0)]
 

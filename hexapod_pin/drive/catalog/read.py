@@ -148,7 +148,7 @@ def _put(
     value = number * factor
     known = fields.get(field)
     if known is not None and abs(value - known) > SAME_NUMBER * abs(known):
-        allowed = f"what {columns[field]} says, {known / factor:.4g}"
+        allowed = f"that of {columns[field]}, {known / factor:.4g}"
         raise _RowError(CatalogFault(line, name, number, allowed, "Leave one of them empty."))
     fields.setdefault(field, value)
     columns.setdefault(field, name)
@@ -170,7 +170,7 @@ def _number(line: int, name: str, cell: str) -> float:
 def _fault(
     line: int, error: ParameterError, fields: dict[str, Any], columns: dict[str, str]
 ) -> CatalogFault:
-    """Put a record's error into the words of the file: its column and the value as written."""
+    """Return a record's error with the column of the file and the value as written."""
     field = error.name.rpartition(".")[2]
     column = columns.get(field, HEADERS[field][0])
     value = error.value
@@ -240,9 +240,9 @@ def _twice(header: list[str]) -> list[CatalogFault]:
 
 
 def _missing(header: list[str]) -> list[CatalogFault]:
-    there, told = set(header), {_quantity(name) for name in header}
+    there, known = set(header), {_quantity(name) for name in header}
     return [
         CatalogFault(1, HEADERS[field][0], "", f"there, as {' or '.join(HEADERS[field])}")
         for field in REQUIRED
-        if there.isdisjoint(HEADERS[field]) and field not in told
+        if there.isdisjoint(HEADERS[field]) and field not in known
     ]

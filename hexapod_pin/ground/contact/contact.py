@@ -36,7 +36,7 @@ class Contact(Spec):
     Attributes:
         normal: HuntCrossley, Restitution, KelvinVoigt or AdamsImpact.
         friction: StickSlip, TanhCoulomb, SmoothStep, BrownMcPhee or AdamsCoulomb.
-        assumed: which of the numbers no source gives, in words; empty for a user's own.
+        assumed: a text on the numbers that no source gives; empty for a user's own.
     """
 
     normal: Annotated[
@@ -50,7 +50,7 @@ class Contact(Spec):
 
     @classmethod
     def accurate(cls) -> Contact:
-        """Hertz with the restitution it is asked for, and friction that does not creep.
+        """Hertz with the requested restitution, and friction that does not creep.
 
         All numbers are *assumed*: rubber E 5 MPa, nu 0.49, R 20 mm; e = 0.3; mu 0.7; tangential
         stiffness 2e4 N/m, near Mindlin's 2 (1 - nu)/(2 - nu) = 0.68 of the Hertz stiffness under
@@ -109,7 +109,7 @@ class Contact(Spec):
         """A foot on soil (S1's further work): Bekker's sinkage, next to no rebound, mu = tan phi.
 
         The soil's constants are measured; radius, load, dissipation 100 s/m and the tangential
-        spring of `accurate` are *assumed*. Left out: cohesion, the way in which shear builds up,
+        spring of `accurate` are *assumed*. Left out: cohesion, how shear builds up,
         and footprints that stay.
 
         Args:

@@ -35,13 +35,18 @@ class FrictionLaw(Spec):
         """Return the native law."""
         raise TypeError(f"{type(self).__name__} is abstract")
 
-    def with_mu(self, mu: float) -> FrictionLaw:
+    def with_mu(self, mu: float) -> Self:
         """Return the same law with another (static) coefficient; the dynamic one keeps its ratio.
 
         Raises:
             ParameterError: mu is negative or not finite.
         """
-        raise TypeError(f"{type(self).__name__} is abstract")
+        numbers = dict(self)
+        static = "mu" if "mu" in numbers else "mu_static"
+        if "mu_dynamic" in numbers:
+            old, dynamic = numbers[static], numbers["mu_dynamic"]
+            numbers["mu_dynamic"] = mu * (dynamic / old) if old > 0.0 else mu
+        return type(self)(**{**numbers, static: mu})
 
     def stiffer(self, factor: float) -> Self:
         """Return the law of a foot `factor` times as stiff: a law without a spring as it is.
@@ -100,11 +105,6 @@ class FrictionLaw(Spec):
         return law
 
 
-def same_ratio(mu: float, old_mu: float, old_dynamic: float) -> float:
-    """Return the dynamic coefficient that keeps its ratio to a new static one [-]."""
-    return mu * (old_dynamic / old_mu) if old_mu > 0.0 else mu
-
-
 def require_order(mu: float, mu_dynamic: float) -> None:
     """Refuse a dynamic coefficient above the static one."""
     if mu_dynamic > mu:
@@ -129,10 +129,6 @@ class TanhCoulomb(FrictionLaw):
     def native(self) -> Any:
         """Return the native law."""
         return self._native("tanh_coulomb", mu=self.mu, slip_slope=self.slope)
-
-    def with_mu(self, mu: float) -> TanhCoulomb:
-        """Return the same law with another coefficient."""
-        return TanhCoulomb(mu=mu, slope=self.slope)
 
     @property
     def limit(self) -> float:
@@ -175,15 +171,6 @@ class AdamsCoulomb(FrictionLaw):
             "adams_coulomb",
             mu=self.mu_static,
             mu_dynamic=self.mu_dynamic,
-            stiction_speed=self.stiction_speed,
-            transition_speed=self.transition_speed,
-        )
-
-    def with_mu(self, mu: float) -> AdamsCoulomb:
-        """Return the same law with another static coefficient."""
-        return AdamsCoulomb(
-            mu_static=mu,
-            mu_dynamic=same_ratio(mu, self.mu_static, self.mu_dynamic),
             stiction_speed=self.stiction_speed,
             transition_speed=self.transition_speed,
         )
@@ -234,11 +221,6 @@ class SmoothStep(FrictionLaw):
             stiction_speed=self.speed,
         )
 
-    def with_mu(self, mu: float) -> SmoothStep:
-        """Return the same law with another static coefficient."""
-        dynamic = same_ratio(mu, self.mu_static, self.mu_dynamic)
-        return SmoothStep(mu_static=mu, mu_dynamic=dynamic, speed=self.speed)
-
     @property
     def limit(self) -> float:
         """The static coefficient."""
@@ -279,11 +261,6 @@ class BrownMcPhee(FrictionLaw):
             mu_dynamic=self.mu_dynamic,
             stiction_speed=self.speed,
         )
-
-    def with_mu(self, mu: float) -> BrownMcPhee:
-        """Return the same law with another static coefficient."""
-        dynamic = same_ratio(mu, self.mu_static, self.mu_dynamic)
-        return BrownMcPhee(mu_static=mu, mu_dynamic=dynamic, speed=self.speed)
 
     @property
     def limit(self) -> float:
@@ -331,7 +308,7 @@ class StickSlip(FrictionLaw):
     back to mu_dynamic N and z follows (Cundall & Strack 1979; Gonthier 2004). It sticks again where
     |k z + c u_t| falls to mu_dynamic N: its slip, (|k z + c u_t| - mu_dynamic N)/c, is zero. Below
     the limit the foot moves by its load over k once, and then stands: its creep speed is exactly
-    zero. The core keeps z per foot.
+    zero. The core stores z per foot.
 
     Attributes:
         mu: coefficient while it sticks [-].
@@ -368,15 +345,6 @@ class StickSlip(FrictionLaw):
             bristle_damping=self.damping,
         )
 
-    def with_mu(self, mu: float) -> StickSlip:
-        """Return the same law with another sticking coefficient."""
-        return StickSlip(
-            mu=mu,
-            mu_dynamic=same_ratio(mu, self.mu, self.mu_dynamic),
-            stiffness=self.stiffness,
-            damping=self.damping,
-        )
-
     def stiffer(self, factor: float) -> Self:
         """Return the law of a foot `factor` times as stiff, with the same damping ratio.
 
@@ -391,7 +359,7 @@ class StickSlip(FrictionLaw):
         """
         damping = math.sqrt(require_factor(factor)) * self.damping
         changed = {"stiffness": factor * self.stiffness, "damping": damping}
-        return type(self)(**{**self.model_dump(), **changed})
+        return type(self)(**{**dict(self), **changed})
 
     @property
     def limit(self) -> float:

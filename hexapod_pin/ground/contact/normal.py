@@ -99,7 +99,7 @@ class NormalLaw(Spec):
 
     def _changed(self, **fields: float) -> Self:
         """Return the same law with other numbers."""
-        return type(self)(**{**self.model_dump(), **fields})
+        return type(self)(**{**dict(self), **fields})
 
     def _impact_depth(self, factor: float) -> float:
         """Return the depth of a free impact with `factor` times the stiffness, over that with K."""
@@ -146,7 +146,7 @@ class HuntCrossley(NormalLaw):
     ) -> HuntCrossley:
         """Build what a sphere feels on soil: Bekker's force as K d^n, and next to no rebound.
 
-        Soil keeps its footprint; here it comes back slowly, with a force that is next to nothing
+        Soil does not spring back; here it comes back slowly, with a force that is next to nothing
         while the foot leaves faster than 1/(1.5 a), 7 mm/s.
 
         Args:

@@ -126,12 +126,12 @@ DAMPING_RATIO: dict[Model, Callable[[float], float]] = {
 class Restitution(NormalLaw):
     """F = K d^n max(0, 1 + eta(e) d'/v0) (S1 eq. 4 with its c_d; the exponent is restored).
 
-    The core keeps v0, the approach speed at first touch, per foot, and forgets it at separation.
+    The core stores v0, the approach speed at first touch, per foot, until separation.
 
     Attributes:
         stiffness: K [N/m^n].
         exponent: n [-]; 1.5 is Hertz' sphere on a plane, 1 is S1 eq. 4 as printed.
-        restitution: e asked for [-], above 0, at most 1.
+        restitution: e requested [-], above 0, at most 1.
         model: which eta(e); only "exact" delivers e, see `delivered`.
         speed_floor: least v0 [m/s]: a foot put down slower is damped as if it came at this speed,
             for v0 = 0 would damp without bound.
@@ -185,7 +185,7 @@ class Restitution(NormalLaw):
 # A free impact: a mass meets the ground once, without gravity, under a normal law.
 
 MAX_CONTACT_TIME_RATIO = 1e5
-"""Time after which a foot that has not left is said to stick, in units of depth over speed."""
+"""Time after which a foot that has not left is taken to stick, in units of depth over speed."""
 
 LEAST, MOST = 1e-9, 1e9
 """Of mass [kg] and speed [m/s]."""

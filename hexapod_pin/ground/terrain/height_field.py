@@ -64,7 +64,7 @@ class HeightField(Ground):
         """(ny, nx) heights [m], read-only; [j, i] stands at x0 + i dx, y0 + j dy.
 
         Raises:
-            ParameterError: `heights` is not base64 of as many numbers as `shape` asks for.
+            ParameterError: `heights` is not base64 of as many numbers as `shape` has.
         """
         allowed = f"base64 of {self.shape[0]} x {self.shape[1]} float64"
         try:

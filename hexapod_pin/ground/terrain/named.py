@@ -18,7 +18,7 @@ LEVEL_RADIUS = 0.5
 
 SLOPE_ANGLE = math.radians(15.0)
 BUMP_WAVELENGTH = 0.3  # m
-HALF_WIDTH = 1.0  # of fields and patches to either side of the way [m]
+HALF_WIDTH = 1.0  # of fields and patches to either side of the path [m]
 SLIPPERY_FRICTION = 0.15  # factor on friction
 SLIPPERY_LENGTH = 1.0  # m
 SOFT_STIFFNESS = 0.02  # factor on normal force

@@ -32,7 +32,7 @@ class JointRole(NamedTuple):
 
 
 def joint_role(name: str) -> JointRole | None:
-    """Return what a joint's name says, None where it follows no known habit.
+    """Return leg and segment by a joint's name, None where it follows no known convention.
 
     `leg1` to `leg6` are read as S2 numbers its legs: odd on the left, front to rear (*assumed*).
     """
@@ -51,7 +51,7 @@ def joint_role(name: str) -> JointRole | None:
 
 
 def leg_of_chain(joints: tuple[str, str, str]) -> str | None:
-    """Return the leg that three joints, proximal first, name with one voice; else None."""
+    """Return the leg that the names of three joints, proximal first, agree on; else None."""
     roles = [joint_role(joint) for joint in joints]
     legs = {role.leg for role in roles if role is not None}
     in_order = [role.segment for role in roles if role is not None] == [0, 1, 2]

@@ -25,7 +25,7 @@ from hexapod_pin.errors import UrdfError
 from hexapod_pin.robot.description.urdf_file import TURNING, Joint, UrdfFile, attribute
 
 ANNOTATION = "hexapod_pin"
-"""Name of the element with which a URDF says what this package reads from it."""
+"""Name of the element of a URDF that holds data for this package."""
 
 PLACES = {"posture": "angle", "held": "position"}
 """Elements that state where a joint is, and the attribute with the place."""
@@ -53,7 +53,7 @@ class Provenance:
 
 
 def read_provenance(file: UrdfFile) -> Provenance:
-    """Return what a URDF says of its numbers."""
+    """Return the statements of a URDF on its numbers."""
     assumed, inferred = (
         tuple((entry.text or "").strip() for entry in _entries(file, tag))
         for tag in ("assumed", "inferred")

@@ -1,6 +1,6 @@
 """A URDF is read into plain links and joints before any library parses it.
 
-Files of other formats are recognised and refused with a way out.
+Files of other formats are recognised and refused with a remedy.
 """
 
 from __future__ import annotations
@@ -254,7 +254,7 @@ def read_bytes(path: str | Path, *, max_bytes: int = MAX_BYTES) -> bytes:
 def parse_urdf(data: bytes, source: str, *, max_bytes: int = MAX_BYTES) -> UrdfFile:
     """Parse the bytes of a URDF; raises as `read_urdf`.
 
-    Text before the XML declaration is dropped, which `UrdfFile.repairs` says.
+    Text before the XML declaration is dropped, which `UrdfFile.repairs` reports.
     """
     text, repairs = _decoded(data, source, max_bytes)
     root = parse_tree(text, source)
@@ -300,7 +300,7 @@ def parse_tree(text: str, source: str, *, comments: bool = False) -> ET.Element:
     Args:
         text: of the file.
         source: its path, for errors.
-        comments: keep them, for writing the tree again.
+        comments: whether to include them, for writing the tree again.
 
     Raises:
         UrdfError: not XML, nested too deeply, or with a document type declaration.
@@ -327,7 +327,7 @@ def parse_tree(text: str, source: str, *, comments: bool = False) -> ET.Element:
     parser.StartDoctypeDeclHandler = refuse
     parser.StartElementHandler, parser.EndElementHandler = start, end
     parser.CharacterDataHandler = builder.data
-    parser.CommentHandler = lambda words: builder.comment(words) if comments and depth else None
+    parser.CommentHandler = lambda text: builder.comment(text) if comments and depth else None
     try:
         parser.Parse(text.encode(), True)
     except expat.ExpatError as error:
@@ -352,7 +352,7 @@ def triple(text: str | None, largest: float = LARGEST) -> tuple[float, ...]:
     if text is None:
         return (0.0, 0.0, 0.0)
     try:
-        values = tuple(_bounded(_number(word), largest) for word in text.split())
+        values = tuple(_bounded(_number(part), largest) for part in text.split())
     except ValueError:
         values = ()
     return values if len(values) == 3 else (math.nan,) * 3

@@ -1,4 +1,4 @@
-"""Load options say where meshes are, whether a URDF is repaired, and give hints about the robot.
+"""Load options: folders of meshes, repair of a URDF, and hints about the robot.
 
 Hints can be written to a file and edited.
 """
@@ -57,7 +57,7 @@ class LoadOptions(RobotHints):
 
 
 def hints_path(urdf: Path) -> Path:
-    """Return where the hints of a URDF are kept: its name up to the first dot, and HINTS_SUFFIX."""
+    """Return the hints file of a URDF: its name up to the first dot, and HINTS_SUFFIX."""
     return urdf.with_name(urdf.name.split(".")[0] + HINTS_SUFFIX)
 
 
@@ -81,7 +81,7 @@ def read_hints(urdf: Path) -> LoadOptions:
         raise ParameterError(error.name, error.value, allowed, hint) from error
 
 
-# Writing what was inferred about a robot as a hints file: it is then said, and can be edited.
+# A hints file from what was inferred about a robot: it is then stated, and can be edited.
 
 HEAD = """\
 # Read with the URDF of the same name: what stands here goes before what would be inferred.

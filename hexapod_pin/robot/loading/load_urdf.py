@@ -1,9 +1,9 @@
-"""A robot's file is read, repaired if asked, checked, recognised and annotated, each once."""
+"""A robot's file is read, repaired on request, checked, recognised and annotated, each once."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from hexapod_pin.errors import HexapodError, UrdfError
 from hexapod_pin.robot.description.urdf_file import UrdfFile, parse_urdf
@@ -19,9 +19,6 @@ from hexapod_pin.robot.recognition.layout import (
 )
 from hexapod_pin.robot.recognition.recognise import recognise
 from hexapod_pin.robot.repair.find_all import check_urdf
-
-if TYPE_CHECKING:
-    from hexapod_pin.robot.repair.finding import RepairOptions
 
 
 class LoadedUrdf(NamedTuple):
@@ -43,7 +40,7 @@ class LoadedUrdf(NamedTuple):
 
 
 def load_urdf(path: Path, options: LoadOptions) -> LoadedUrdf:
-    """Read a robot's file, repair it if asked, check it, recognise the robot and annotate the file.
+    """Read a robot's file, repair it on request, check it, recognise the robot, annotate the file.
 
     Args:
         path: of a URDF or xacro file; its hints file adds to the options.
@@ -63,9 +60,11 @@ def loaded(read: SourceFile, options: LoadOptions, layout: RobotLayout | None = 
     file, finder, _, notes = read
     repaired: tuple[str, ...] = ()
     if options.repair:
+        from hexapod_pin.robot.repair.finding import RepairOptions
         from hexapod_pin.robot.repair.repair_urdf import repair_urdf
 
-        done = repair_urdf(file, finder, _repair_options(options))
+        numbers = {name: getattr(options, name) for name in RepairOptions.model_fields}
+        done = repair_urdf(file, finder, RepairOptions(**numbers))
         file, repaired = done.file, done.changes
         notes = (*notes, *done.notes)
     findings, suspicious = check_urdf(file)
@@ -124,12 +123,3 @@ def read_file(path: Path, options: LoadOptions) -> SourceFile:
     read = read_robot_text(path, xacro_args=options.xacro_args, package_path=folders)
     file, finder = parse_urdf(read.text.encode(), str(path)), ResourceFinder(path, folders)
     return SourceFile(file, finder, read.expanded, read.notes)
-
-
-def _repair_options(options: LoadOptions) -> RepairOptions:
-    from hexapod_pin.robot.repair.finding import RepairOptions
-
-    return RepairOptions(
-        mass=options.mass, density=options.density,
-        effort=options.effort, velocity=options.velocity,
-    )  # fmt: skip

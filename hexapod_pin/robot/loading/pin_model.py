@@ -182,10 +182,13 @@ def with_mass_changes(bare: pin.Model, changes: Sequence[MassChange]) -> pin.Mod
     model = pin.Model(bare)
     for scaling in (x for x in changes if isinstance(x, ScaledBodies)):
         for joint in _bodies(model, scaling.links):
-            model.inertias[joint] = _scaled(model.inertias[joint], scaling.factor)
-    for body in (x for x in changes if isinstance(x, AddedBody)):
-        name, place = placement(model, body.link)
-        inertia = pin.Inertia(body.mass, np.array(body.position, dtype=float), body.inertia)
+            body, factor = model.inertias[joint], scaling.factor
+            model.inertias[joint] = pin.Inertia(
+                factor * body.mass, body.lever, factor * body.inertia
+            )
+    for added in (x for x in changes if isinstance(x, AddedBody)):
+        name, place = placement(model, added.link)
+        inertia = pin.Inertia(added.mass, np.array(added.position, dtype=float), added.inertia)
         model.inertias[model.getJointId(name)] += place.act(inertia)
     for point in (x for x in changes if isinstance(x, RemovedPoint)):
         name, place = placement(model, point.link)
@@ -200,12 +203,6 @@ def _bodies(model: pin.Model, links: Sequence[str]) -> list[int]:
     if not links:
         return list(range(1, model.njoints))
     return sorted({int(model.getJointId(placement(model, link)[0])) for link in links})
-
-
-def _scaled(body: pin.Inertia, factor: float) -> pin.Inertia:
-    import pinocchio as pin
-
-    return pin.Inertia(factor * body.mass, body.lever, factor * body.inertia)
 
 
 def _without(body: pin.Inertia, point: RemovedPoint, where: Array) -> pin.Inertia:

@@ -54,7 +54,7 @@ class FolderListing:
 
 @dataclass(frozen=True)
 class FolderIndex:
-    """The files below a folder, nearest first, read when first asked for."""
+    """The files below a folder, nearest first, read at the first use."""
 
     folder: Path
 
@@ -181,7 +181,7 @@ class TailSearch:
         return -_common(path, tail), self._stem not in folders, len(path), path
 
     def _is_of_another(self, folders: Parts) -> bool:
-        """Tell whether a path leads through the folder of another robot."""
+        """Return whether a path leads through the folder of another robot."""
         return any(folder.casefold() in self._others for folder in folders)
 
     @cached_property

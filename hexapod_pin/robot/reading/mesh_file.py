@@ -16,7 +16,6 @@ import warnings
 from collections import OrderedDict
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from threading import Lock
 from typing import Any, Generic, TypeVar
@@ -50,7 +49,7 @@ class MeshCache(Generic[Value]):
         return self._bytes
 
     def get(self, key: Hashable, make: Callable[[], Value], size: Callable[[Value], int]) -> Value:
-        """Return the value of a key, made where it is not held; an exception is not kept."""
+        """Return the value of a key, made where it is not stored; an exception is not stored."""
         with self._lock:
             if key in self._held:
                 self._held.move_to_end(key)
@@ -101,20 +100,6 @@ class Mesh:
     def bounds(self) -> Array:
         """(2, 3) lowest and highest coordinates [m]."""
         return np.array([self.vertices.min(axis=0), self.vertices.max(axis=0)])
-
-    @cached_property
-    def hull_vertices(self) -> Array:
-        """(K, 3) corners of the convex hull [m]; all different vertices of a flat mesh.
-
-        Qhull crashes on coordinates whose cubes overflow: `read_mesh` lets none of them pass.
-        """
-        from scipy.spatial import ConvexHull, QhullError
-
-        points = np.unique(self.vertices, axis=0)
-        try:
-            return np.asarray(points[ConvexHull(points).vertices])
-        except (QhullError, ValueError):
-            return points
 
 
 _CACHE = MeshCache[Mesh](max_bytes=256_000_000)
@@ -177,19 +162,22 @@ def _joined(parts: Sequence[MeshPart]) -> tuple[Array, NDArray[np.int64]]:
 
 
 def _check(path: Path, vertices: Array, faces: NDArray[np.int64]) -> None:
-    """Refuse absurd coordinates, meshes of no size, and faces of vertices that do not exist."""
-    way_out = "correct the scale in the URDF, or export the mesh in metres"
+    """Refuse absurd coordinates, meshes of no size, and faces of vertices that do not exist.
+
+    Qhull crashes on coordinates whose cubes overflow.
+    """
+    remedy = "correct the scale in the URDF, or export the mesh in metres"
     wrong = np.flatnonzero(~(np.abs(vertices) <= LARGEST_MESH).all(axis=1))
     if len(wrong):
         value = ", ".join(f"{number:g}" for number in vertices[wrong[0]])
         allowed = f"must be finite and at most {LARGEST_MESH:g} m from the origin along each axis"
-        raise MeshError(str(path), f"vertex {wrong[0]} is ({value}) m: {allowed}; {way_out}")
+        raise MeshError(str(path), f"vertex {wrong[0]} is ({value}) m: {allowed}; {remedy}")
     if faces.min() < 0 or faces.max() >= len(vertices):
         raise MeshError(str(path), "a triangle names a vertex that does not exist; export it again")
     size = float(np.ptp(vertices, axis=0).max())
     if size < SMALLEST_MESH:
         allowed = f"must be from {SMALLEST_MESH:g} to {LARGEST_MESH:g} m"
-        raise MeshError(str(path), f"is {size:g} m large: {allowed}; {way_out}")
+        raise MeshError(str(path), f"is {size:g} m large: {allowed}; {remedy}")
 
 
 def _mean_color(parts: Sequence[MeshPart]) -> Color | None:
@@ -301,7 +289,7 @@ _ENTITY = re.compile(rb"<!(?:DOCTYPE|ENTITY)", re.IGNORECASE)
 
 
 def parts_of(path: Path) -> tuple[list[MeshPart], float]:
-    """Return the parts of a file, placed as its nodes say, and its unit [m].
+    """Return the parts of a file, placed by its nodes, and its unit [m].
 
     Raises:
         MeshError: the file cannot be read.
@@ -398,7 +386,7 @@ _HEADER = 84
 
 
 def binary_stl(data: bytes) -> MeshPart | None:
-    """Return the triangles of a binary STL; None where the length says that it is none."""
+    """Return the triangles of a binary STL; None where the length is not that of one."""
     if len(data) < _HEADER:
         return None
     count = int.from_bytes(data[80:_HEADER], "little")

@@ -29,7 +29,7 @@ NEAR_ASCENT = 3
 """Folders above the URDF in which the end of a foreign path is looked for."""
 MAX_TAIL = 12
 """Most parts of the end of a path that is looked for."""
-MAX_TOLD = 8
+MAX_SHOWN = 8
 """Places that `why` lists."""
 
 
@@ -70,7 +70,7 @@ class ResourceFinder:
         return text if path is not None else ""
 
     def why(self, uri: str) -> str:
-        """Return a sentence on how a name was found, or what was tried and the way out."""
+        """Return a sentence on how a name was found, or what was tried and a remedy."""
         path, text = self._lookup(uri)
         return text if path is None else f"{_short(uri)}: {path}{f' ({text})' if text else ''}"
 
@@ -145,15 +145,15 @@ class ResourceFinder:
                 yield folder, uri.parts
 
     def _reason(self, uri: str, parsed: ResourceUri, tried: Sequence[Path]) -> str:
-        """Return why a name was not found, what was tried, and the way out."""
+        """Return why a name was not found, what was tried, and a remedy."""
         texts = [f"{_short(uri)}: not found"]
         if parsed.scheme == "remote":
             texts = [f"{_short(uri)}: nothing is fetched from a network, and no copy lies here"]
         elif parsed.package and not self._packages.folders(parsed.package):
             texts[0] += f", nor a package {parsed.package!r}"
-        told = [str(path) for path in islice(dict.fromkeys(tried), MAX_TOLD)]
-        if told:
-            texts.append("tried " + ", ".join(told) + (", ..." if len(tried) > len(told) else ""))
+        shown = [str(path) for path in islice(dict.fromkeys(tried), MAX_SHOWN)]
+        if shown:
+            texts.append("tried " + ", ".join(shown) + (", ..." if len(tried) > len(shown) else ""))
         texts.append(f"and any path below {self.urdf_path.parent} that ends alike")
         return "; ".join(texts) + ". Give the folder that holds it by package_path=[...]."
 
@@ -286,7 +286,7 @@ def _in_folder(folder: Path, package: str) -> Iterator[Path]:
             yield below
 
 
-# What the file name of a URDF's mesh or of an include says: scheme, package and path.
+# The parts of a file name in a URDF or an include: scheme, package and path.
 
 MAX_URI_LENGTH = 4096
 """Longest name that is looked for [characters]."""

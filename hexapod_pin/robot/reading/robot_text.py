@@ -38,7 +38,7 @@ class RobotText:
 
     Attributes:
         text: of the URDF.
-        notes: a line on each thing assumed on the way; none where the file is a URDF.
+        notes: a line on each assumption; none where the file is a URDF.
         expanded: whether xacro made the text.
     """
 
@@ -66,7 +66,7 @@ def read_robot_text(
 
     Raises:
         UrdfError: as `read_urdf`; an include, a package or an argument is missing (by name); an
-            argument is not asked for; the file is of another kind (which, and what to do).
+            argument is not used; the file is of another kind (which, and what to do).
     """
     source, arguments = str(path), dict(xacro_args or {})
     text = checked_text(read_bytes(path, max_bytes=max_bytes), source, max_bytes)
@@ -77,8 +77,8 @@ def read_robot_text(
         return RobotText(text)
     _refuse_other_formats(source, text)
     if "<xacro:" in text and "xmlns:xacro" not in text:
-        way = 'declare it in <robot> by xmlns:xacro="http://www.ros.org/wiki/xacro"'
-        raise UrdfError(source, [f"unbound prefix xacro: {way}"])
+        remedy = 'declare it in <robot> by xmlns:xacro="http://www.ros.org/wiki/xacro"'
+        raise UrdfError(source, [f"unbound prefix xacro: {remedy}"])
     finder = ResourceFinder(path, package_path)
     expanded, notes = expand_xacro(Path(path), finder, arguments, max_bytes=max_bytes)
     _check_expanded(source, text, expanded)
@@ -86,7 +86,7 @@ def read_robot_text(
 
 
 def is_xacro(source: str, text: str) -> bool:
-    """Tell whether a file must be expanded: by its name, or by elements that begin with xacro:.
+    """Return whether a file must be expanded: by its name, or by elements that begin with xacro:.
 
     Such elements without a declared prefix are left-overs, not xacro.
     """
@@ -129,7 +129,7 @@ def _is_macro(tag: object) -> bool:
 # Expanding a xacro file into a URDF, by the library of ROS's own xacro.
 #
 # xacro computes: a file may hold Python expressions. The library evaluates ${...} without builtins
-# but leaves ways around that, and $(eval ...) with all of them. Here both are evaluated without
+# but can be circumvented, and $(eval ...) with all of them. Here both are evaluated without
 # builtins, and names that lead out of an expression (`__class__`, frames) are refused. A file can
 # still read environment variables and YAML files, and can take very long: this is a fence, not a
 # prison, and a file from a stranger deserves a look.
@@ -144,29 +144,29 @@ _LOCK = RLock()
 
 
 class XacroArguments(dict[str, str]):
-    """Arguments by name; remembers those that the file asks for."""
+    """Arguments by name; remembers those that the file uses."""
 
     def __init__(self, given: Mapping[str, str]) -> None:
         """Begin with what the user gives; xacro adds the defaults."""
         super().__init__(given)
-        self.given, self.asked = dict(given), set[str]()
+        self.given, self.used = dict(given), set[str]()
 
     def __contains__(self, name: object) -> bool:
-        """Tell whether an argument has a value; a file asks so before it sets a default."""
-        self.asked.add(str(name))
+        """Return whether an argument has a value; a file tests it before it sets a default."""
+        self.used.add(str(name))
         return super().__contains__(name)
 
     def __getitem__(self, name: str) -> str:
         """Return the value of an argument."""
-        self.asked.add(name)
+        self.used.add(name)
         return super().__getitem__(name)
 
     def missing(self, names: Iterable[str]) -> list[str]:
-        """Return which of these arguments the file asks for and nobody gives."""
-        return [name for name in dict.fromkeys(names) if name in self.asked - self.given.keys()]
+        """Return which of these arguments the file uses and the user does not give."""
+        return [name for name in dict.fromkeys(names) if name in self.used - self.given.keys()]
 
     def notes(self) -> list[str]:
-        """Return a line on each argument that the file asks for."""
+        """Return a line on each argument that the file uses."""
         return [
             f"xacro argument {name} = {value} ({'given' if name in self.given else 'default'})"
             for name, value in sorted(self.items())
@@ -185,15 +185,15 @@ def expand_xacro(
         max_bytes: of any file read, and of the expanded text.
 
     Raises:
-        UrdfError: a package, an included file or an argument is missing (each by name, with the
-            way out), an expression fails, or the text grows too large.
+        UrdfError: a package, an included file or an argument is missing (each by name, with a
+            remedy), an expression fails, or the text grows too large.
     """
     import xacro
 
     source, values = str(path), XacroArguments(arguments)
     includes = FoundIncludes(finder, max_bytes)
-    said = io.StringIO()
-    with _LOCK, patched_xacro(includes), redirect_stderr(said), redirect_stdout(said):
+    printed = io.StringIO()
+    with _LOCK, patched_xacro(includes), redirect_stderr(printed), redirect_stdout(printed):
         try:
             xacro.init_stacks(str(finder.urdf_path))
             document = xacro.parse(None, str(finder.urdf_path))
@@ -209,20 +209,20 @@ def expand_xacro(
     _check_arguments(source, values)
     if len(text.encode("utf-8", "replace")) > max_bytes:
         raise UrdfError(source, [f"xacro: expands to more than {max_bytes} bytes"])
-    warned = [line.strip() for line in said.getvalue().splitlines() if "warning: " in line]
+    warned = [line.strip() for line in printed.getvalue().splitlines() if "warning: " in line]
     notes = [*values.notes(), *includes.notes, *(f"xacro: {line}" for line in warned)]
     return text, list(dict.fromkeys(notes))[:MAX_NOTES]
 
 
 def _check_arguments(source: str, values: XacroArguments) -> None:
-    """Refuse arguments that the file never asks for."""
-    if unknown := sorted(set(values.given) - values.asked):
-        known = ", ".join(sorted(values.asked)) or "none"
-        raise UrdfError(source, [f"no xacro argument {unknown[0]!r}; the file asks for: {known}"])
+    """Refuse arguments that the file does not use."""
+    if unknown := sorted(set(values.given) - values.used):
+        known = ", ".join(sorted(values.used)) or "none"
+        raise UrdfError(source, [f"no xacro argument {unknown[0]!r}; the file uses: {known}"])
 
 
 def _findings(error: Exception, where: list[str]) -> list[str]:
-    """Return what went wrong, where, and the way out."""
+    """Return what went wrong, where, and a remedy."""
     from xacro.substitution_args import ArgException
 
     place = f" (in {where[-1]})" if where else ""
@@ -268,10 +268,10 @@ _PLAIN_FUNCTIONS = {
 
 
 class FoundIncludes:
-    """The files that a xacro file asks for, as a finder finds them.
+    """The files that a xacro file includes, as a finder finds them.
 
     Attributes:
-        notes: a line on each file that does not lie where its name says.
+        notes: a line on each file that is not at the path of its name.
         plain_arguments: names of <xacro:arg> without a default, which the library refuses.
     """
 
@@ -290,8 +290,8 @@ class FoundIncludes:
         """
         self._macro_calls += 1
         if self._macro_calls > MAX_MACRO_CALLS:
-            told = f"more than {MAX_MACRO_CALLS} calls of macros: call them less often"
-            raise UrdfError(str(self.finder.urdf_path), [told])
+            finding = f"more than {MAX_MACRO_CALLS} calls of macros: call them less often"
+            raise UrdfError(str(self.finder.urdf_path), [finding])
 
     def path(self, name: str, beside: str | None) -> str:
         """Return the path of a file named in the file `beside`; it need not exist."""
@@ -330,7 +330,7 @@ class FoundIncludes:
         return path
 
     def _elsewhere(self, name: str, beside: str | None) -> str | None:
-        """Return the file by the end of its path, unless that is the file that asks."""
+        """Return the file by the end of its path, unless that is the including file."""
         found = self.finder.find(name)
         if found is None or (beside is not None and found == Path(beside)):
             return None
@@ -353,7 +353,7 @@ class FoundIncludes:
 def patched_xacro(includes: FoundIncludes) -> Iterator[None]:
     """Let the library find files by `includes`, and find the values of expressions by walking them.
 
-    The library keeps its state in its module: not for two threads at once.
+    The library has its state in its module: not for two threads at once.
     """
     import xacro
     from xacro import substitution_args as arguments

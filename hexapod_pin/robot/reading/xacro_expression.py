@@ -17,7 +17,7 @@ MAX_SIZE = 100_000
 MAX_BITS = 4096
 """Of a whole number."""
 MAX_NODES = 200_000
-"""Most parts of an expression that are looked at, repeated ones counted again."""
+"""Most parts of an expression that are evaluated, repeated ones counted again."""
 
 _METHODS = {
     "lower", "upper", "strip", "lstrip", "rstrip", "split", "startswith", "endswith", "title",

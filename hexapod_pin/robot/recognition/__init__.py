@@ -1,1 +1,1 @@
-"""Finding the robot in a URDF: which way is forward, its legs, its feet, how it stands."""
+"""Finding the robot in a URDF: its forward direction, legs, feet and standing posture."""

@@ -1,4 +1,4 @@
-"""Legs are chains of moved joints that start at the trunk, whatever they are called."""
+"""Legs are chains of moved joints that start at the trunk, whatever their names."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ UNLIKE = 0.35
 length is no leg (*assumed*)."""
 
 NEAR_PARALLEL = 0.05
-"""Axes at a smaller sine are parallel: angles such as 3.14 in a file are rounded (*assumed*)."""
+"""Sine below which axes are parallel: angles in a file are rounded, such as 3.14 (*assumed*)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +50,7 @@ class Chain:
 
 
 def walks(joint: Joint) -> bool:
-    """Tell whether a joint can be a leg's."""
+    """Return whether a joint can be one of a leg."""
     return joint.kind in TURNING and joint.element.find("mimic") is None
 
 
@@ -97,7 +97,7 @@ def refuse_wrong_legs(file: UrdfFile, trunk: str, chains: Sequence[Chain]) -> No
 
 
 def _wrong_legs(file: UrdfFile, trunk: str, chains: Sequence[Chain], joints: int) -> str:
-    """Say what was found instead of legs, and the way out."""
+    """Return what was found instead of legs, and a remedy."""
     firsts = ", ".join(chain.label for chain in chains)
     if joints == 1 and len(chains) >= min(LEG_COUNTS):
         return (
@@ -319,10 +319,9 @@ def _moved(joint: Joint, axis: Axis, pose: Pose, place: float) -> Pose:
 
 def _unreached(file: UrdfFile) -> str:
     """Return the links that the root does not lead to."""
-    queue = [file.base]
-    for name in queue:
-        queue += [joint.child for joint in file.joints_below[name]]
-    reached = set(queue)
+    reached = {file.base}
+    for first in file.joints_below[file.base]:
+        reached.update(links_below(file, first))
     return ", ".join(repr(link.name) for link in file.links if link.name not in reached)
 
 
@@ -381,7 +380,6 @@ def _parallel_run(axes: Sequence[Axis]) -> list[int]:
 
 
 def _axes(chain: Chain, frames: TreeFrames) -> list[Axis]:
-    """Return the axes of a chain's joints."""
     return [frames.axes[joint.name] for joint in chain.joints]
 
 

@@ -21,10 +21,10 @@ ROUND_LAYOUT = 1.02
 """Layouts whose longest line exceeds the others' by less than this are round (*assumed*)."""
 
 AGREE = math.radians(35.0)
-"""Names tell which line is the middle one when they point this near to it (*assumed*)."""
+"""Names determine the middle line when their direction is this near to it (*assumed*)."""
 
 HEAD_WORDS = (("head", "camera", "cam", "eye"), ("front",), ("lidar", "laser", "antenna"))
-"""Links off the middle of the hips that tell the front; earlier words win."""
+"""Words in names of links at the front of a robot; earlier groups have priority."""
 
 AHEAD = 0.2
 """Least place of such a link ahead of the middle, in half lengths of the layout (*assumed*)."""
@@ -52,7 +52,7 @@ class Layout(NamedTuple):
         frames: of all links and joints.
         chains: the legs.
         hips: where they start [m]. Shape (L, 3).
-        names: for each leg the names that may tell its place.
+        names: for each leg the names that may contain its place.
         others: links that belong to no leg.
     """
 
@@ -81,7 +81,7 @@ def find_forward(layout: Layout, up: Up) -> Forward:
         )
         raise UrdfError(layout.file.source, [text])
     named = front_by_names(layout.names, hips)
-    line, sign, why = _chosen(layout, lines, plane, middle, None if named is None else named[:])
+    line, sign, why = _chosen(layout, lines, plane, middle, named)
     angle = _snapped(line.angle, line.miss) + (math.pi if sign < 0 else 0.0)
     turn = _axes(plane, up.unit, angle)
     half = len(hips) // 2
@@ -96,10 +96,10 @@ def given_forward(forward: str | float, up: Up, source: str) -> Forward:
         UrdfError: no axis and no angle, or a direction along up.
     """
     plane = across_up(up.unit)
-    words = str(forward).strip().lower()
-    axis = words.lstrip("+-")
-    if len(axis) == 1 and axis in "xyz" and words in (axis, f"-{axis}", f"+{axis}"):
-        unit = np.eye(3)["xyz".index(axis)] * (-1 if words.startswith("-") else 1)
+    text = str(forward).strip().lower()
+    axis = text.lstrip("+-")
+    if len(axis) == 1 and axis in "xyz" and text in (axis, f"-{axis}", f"+{axis}"):
+        unit = np.eye(3)["xyz".index(axis)] * (-1 if text.startswith("-") else 1)
         flat = plane @ unit
         if np.linalg.norm(flat) < 0.1:
             text = f"forward {forward!r} is along up ({direction_text(up.unit)})"
@@ -140,19 +140,16 @@ def _chosen(
     lines: list[MiddleLine],
     plane: Array,
     middle: Array,
-    named: tuple[Array, str] | None,
+    named: FrontByNames | None,
 ) -> tuple[MiddleLine, float, str]:
-    """Return the middle line, which of its ends is the front, and what tells that."""
+    """Return the middle line, the sign of its front end, and the reason."""
     if named is not None:
-        flat = plane @ named[0]
+        flat = plane @ named.direction
         flat = flat / max(float(np.linalg.norm(flat)), 1e-300)
         line = max(lines, key=lambda line: abs(_along(line, flat)))
         if abs(_along(line, flat)) >= math.cos(AGREE):
-            return (
-                line,
-                math.copysign(1.0, _along(line, flat)),
-                f"the front by the names {named[1]}",
-            )
+            sign = math.copysign(1.0, _along(line, flat))
+            return line, sign, f"the front by the names {named.names}"
     longest = max(line.length for line in lines)
     alike = [line for line in lines if line.length * ROUND_LAYOUT >= longest]
     line = min(alike, key=_oddness)
@@ -231,7 +228,7 @@ def _along(line: MiddleLine, flat: Array) -> float:
     return float(flat[0] * math.cos(line.angle) + flat[1] * math.sin(line.angle))
 
 
-# Which legs names put in front and which behind: only this, and only with one voice.
+# Which legs are in front and which behind, by their names, where these do not contradict.
 
 FEWEST = 4
 """Legs that must agree."""
@@ -244,14 +241,14 @@ _ROWS = {"f": 1.0, "m": 0.0, "r": -1.0, "b": -1.0, "h": -1.0}
 
 
 class FrontByNames(NamedTuple):
-    """The front as names tell it: a direction (3,) (no unit vector) and the names that do."""
+    """A direction (3,) to the front, of any length, and the names that give it."""
 
     direction: Array
-    said: str
+    names: str
 
 
 def front_by_names(names: Sequence[Sequence[str]], hips: Array) -> FrontByNames | None:
-    """Return the direction from rear to front that the names of limbs tell, else None.
+    """Return the direction from rear to front by the names of limbs, else None.
 
     Args:
         names: of the joints and links of each limb.
@@ -260,7 +257,7 @@ def front_by_names(names: Sequence[Sequence[str]], hips: Array) -> FrontByNames 
     for read in (_letters, _words, _numbers, _habit):
         if read is _numbers and len(names) % 2:
             continue  # the rows of an odd number of legs do not face each other
-        codes = [_one_voice(limb, read) for limb in names]
+        codes = [_code_of(limb, read) for limb in names]
         rows = np.array([np.nan if code is None else code[0] for code in codes])
         if np.isfinite(rows).sum() < max(FEWEST, len(rows)):
             continue
@@ -268,11 +265,10 @@ def front_by_names(names: Sequence[Sequence[str]], hips: Array) -> FrontByNames 
         if not front.any() or not rear.any():
             continue
         direction = hips[front].mean(axis=0) - hips[rear].mean(axis=0)
-        if _in_order(hips @ direction, front, rear):
-            said = [
-                code[1] for code, is_front in zip(codes, front, strict=True) if code and is_front
-            ]
-            return FrontByNames(direction, ", ".join(dict.fromkeys(said)))
+        along = hips @ direction
+        if along[front].min() > along[rear].max():
+            found = [code[1] for code, x in zip(codes, front, strict=True) if code and x]
+            return FrontByNames(direction, ", ".join(dict.fromkeys(found)))
     return None
 
 
@@ -284,8 +280,8 @@ def plain(name: str) -> str:
 _Code = tuple[float, str]
 
 
-def _one_voice(limb: Sequence[str], read: Callable[[str], _Code | None]) -> _Code | None:
-    """Return what the names of one limb say, None where they say nothing or several things."""
+def _code_of(limb: Sequence[str], read: Callable[[str], _Code | None]) -> _Code | None:
+    """Return the row and name of a limb by its names; None without a row, or with several."""
     found = [code for name in limb if (code := read(plain(name)))]
     return found[0] if found and len({row for row, _ in found}) == 1 else None
 
@@ -314,14 +310,9 @@ def _numbers(name: str) -> _Code | None:
 
 
 def _habit(name: str) -> _Code | None:
-    """Read the other habits that `joint_role` knows."""
+    """Read the other conventions that `joint_role` knows."""
     role = joint_role(name)
     return (_ROWS[role.leg[1]], role.leg) if role else None
-
-
-def _in_order(along: Array, front: Array, rear: Array) -> bool:
-    """Tell whether all front limbs start before all rear ones."""
-    return bool(along[front].min() > along[rear].max())
 
 
 # The middle planes of a layout of hips: as many legs left as right, one in it of an odd number.
@@ -369,7 +360,7 @@ def middle_lines(flat: Array) -> list[MiddleLine]:
             if pairs is None:
                 break
             turn = _unit(sum(z * places[k] for z, k in zip(places, pairs, strict=True)))
-        if pairs is None or any(abs(turn - _turn(line.angle)) < 1e-6 for line in lines):
+        if pairs is None or any(abs(turn - cmath.exp(2j * line.angle)) < 1e-6 for line in lines):
             continue
         line = _line(places, pairs, turn, size)
         if line is not None:
@@ -389,8 +380,8 @@ def _line(places: list[complex], pairs: list[int], turn: complex, size: float) -
     off = [places[k] - turn * z.conjugate() for z, k in zip(places, pairs, strict=True)]
     miss = math.sqrt(sum(abs(z) ** 2 for z in off) / len(off)) / size
     angle = (0.5 * cmath.phase(turn)) % math.pi
-    along = np.array([(z * cmath.exp(-1j * angle)).real for z in places])
-    across = np.array([(z * cmath.exp(-1j * angle)).imag for z in places])
+    turned = np.array([z * cmath.exp(-1j * angle) for z in places])
+    along, across = turned.real, turned.imag
     sides = (across > ON_LINE * size).sum(), (across < -ON_LINE * size).sum()
     if miss > LIKE or sides[0] != sides[1] or sum(sides) != len(places) // 2 * 2:
         return None
@@ -410,8 +401,3 @@ def _partners(places: list[complex], turn: complex) -> list[int] | None:
 def _unit(z: complex) -> complex:
     """Return the direction of a complex number; 1 of zero."""
     return z / abs(z) if abs(z) > 0 else 1.0 + 0.0j
-
-
-def _turn(angle: float) -> complex:
-    """Return the turn of a mirror line at an angle."""
-    return cmath.exp(2j * angle)

@@ -41,7 +41,7 @@ class FoundFoot:
         own: whether the foot is that link itself: its first collision sphere, or its frame.
         centre: of the sphere in the root link's frame [m]. Shape (3,).
         radius: [m].
-        rule: from what it was found; empty where the file says it.
+        rule: from what it was found; empty where the file states it.
         settled: whether it stays, however the robot stands.
     """
 
@@ -73,7 +73,7 @@ def bare_foot(file: UrdfFile, frames: TreeFrames, body: LegBody, leg: str) -> Fo
     A uniform rod from the last joint has its end at twice the distance of its centre of mass.
 
     Raises:
-        UrdfError: there is neither; it names the leg and the ways out.
+        UrdfError: there is neither; it names the leg and the remedies.
     """
     masses = [(file.link_by_name[name], frames.links[name]) for name in body.chain.body]
     heavy = [(link.mass or 0.0, pose.act(np.array(link.com))) for link, pose in masses]
@@ -97,7 +97,7 @@ def bare_foot(file: UrdfFile, frames: TreeFrames, body: LegBody, leg: str) -> Fo
     raise UrdfError(
         file.source,
         [
-            f"{text} that tells where its foot is{why}; give feet=[...], or package_path=[...] for"
+            f"{text} from which its foot follows{why}; give feet=[...], or package_path=[...] for"
             " its meshes"
         ],
     )
@@ -108,8 +108,8 @@ def trusted_frames(
 ) -> tuple[dict[str, str], str] | None:
     """Return leg label -> frame of a foot that is trusted as a point, and why.
 
-    Links called feet that have no shape and end where the shapes do say it themselves; and where
-    shapes' tips differ from leg to leg, frames that agree are better.
+    Links named as feet without a shape that lie at the end of the shapes are the feet; and where
+    the shapes' tips differ from leg to leg, frames that agree are used.
     """
     named = {body.chain.label: named_foot(file, body.chain.body[0]) for body in bodies}
     links = {label: link for label, link in named.items() if link is not None}
@@ -130,7 +130,7 @@ def trusted_frames(
 
 
 def off_tip(file: UrdfFile, frames: TreeFrames, body: LegBody, foot: FoundFoot) -> tuple[str, str]:
-    """Return a link that is called a foot and is not at the tip, and what is to be said of it."""
+    """Return a link that is named as a foot and is not at the tip, and where it is."""
     if foot.own and foot_word(foot.link) is not None:
         return "", ""
     for name in body.chain.body:
@@ -336,22 +336,19 @@ def standing_feet(
         for body, q in zip(legs.bodies, angles, strict=True)
     ]
     found = _found(file, legs, names, downs)
-    kept = [old if old.settled else new for old, new in zip(before, found, strict=True)]
-    return _sized(kept, radius, downs)
+    feet = [old if old.settled else new for old, new in zip(before, found, strict=True)]
+    return _sized(feet, radius, downs)
 
 
 def _found(
     file: UrdfFile, legs: Legs, names: Sequence[str], downs: Sequence[Array]
 ) -> list[FoundFoot]:
-    """Return the feet of the legs' shapes along a direction each, else what stands for them."""
+    """Return the feet of the legs' shapes along a direction each; `bare_foot` without shapes."""
     findings, feet = [], []
     for name, body, down in zip(names, legs.bodies, downs, strict=True):
         try:
-            foot = (
-                shape_foot(body, down)
-                if not body.empty
-                else bare_foot(file, legs.frames, body, name)
-            )
+            bare = body.empty
+            foot = bare_foot(file, legs.frames, body, name) if bare else shape_foot(body, down)
             feet.append(foot)
         except UrdfError as error:
             findings += error.findings
@@ -368,10 +365,9 @@ def _given_feet(
         if link not in file.link_by_name:
             raise UnknownNameError("foot link", link, list(file.link_by_name))
     twice = sorted({link for link in given if list(given).count(link) > 1})
-    feet, findings = (
-        [],
-        [f"feet: {', '.join(twice)} given twice; give each link once"] if twice else [],
-    )
+    feet, findings = list[FoundFoot](), list[str]()
+    if twice:
+        findings.append(f"feet: {', '.join(twice)} given twice; give each link once")
     for name, body in zip(names, legs.bodies, strict=True):
         on_leg = [link for link in given if link in body.chain.body]
         if len(on_leg) == 1:
@@ -406,14 +402,14 @@ def _sized(
     """Return the feet with the radius that the user gives, if any: tips of shapes stay in place."""
     if radius is None:
         return tuple(feet)
-    ways = [np.zeros(3)] * len(feet) if downs is None else downs
+    directions = [np.zeros(3)] * len(feet) if downs is None else downs
     return tuple(
         replace(
             foot,
             radius=float(radius),
             centre=foot.centre if foot.own else foot.centre + (foot.radius - radius) * down,
         )
-        for foot, down in zip(feet, ways, strict=True)
+        for foot, down in zip(feet, directions, strict=True)
     )
 
 

@@ -1,7 +1,7 @@
-"""A layout says where a robot's trunk, legs and feet are in a URDF, and how the robot stands.
+"""A layout describes a robot in a URDF: its trunk, legs, feet and standing posture.
 
-Three ways lead to a `RobotLayout`: the <hexapod_pin> element states it, the joints' names follow
-a known habit, or `recognise` finds it. `annotate_urdf` writes it into the element, so that the
+A `RobotLayout` comes from the <hexapod_pin> element, from joint names that follow a known
+convention, or from `recognise`. `annotate_urdf` writes it into the element, so that the
 text alone gives the same robot.
 """
 
@@ -62,7 +62,7 @@ class LegLayout:
     Attributes:
         name: of the leg: lf, lm, lr, rf, rm, rr where there are six.
         joints: the joints that walk, from the trunk outwards. Two or three.
-        held: other moved joints between the trunk and the foot: they keep an angle.
+        held: other moved joints between the trunk and the foot; their angles are fixed.
         tip_link: the link that carries the foot.
         foot: name of the foot link; a new one where no link of the file is the foot.
         centre: centre of the foot sphere in the frame of `tip_link` [m]. Shape (3,).
@@ -88,7 +88,7 @@ class RobotLayout:
         held: every moved joint that does not walk (head, arm, surplus leg joint, foot spring) with
             the place where it is held [rad or m].
         posture: standing angle of every joint that walks [rad].
-        inferred: what was inferred and from what, a sentence each; empty where the file says all.
+        inferred: a sentence on each inference; empty where the file states everything.
         feet: foot links of a robot without legs to walk with.
     """
 
@@ -100,7 +100,7 @@ class RobotLayout:
     feet: Names = ()
 
 
-# How a robot stands, as its file states it; the user's hints go before that.
+# The standing posture that a file states; the user's hints go before it.
 
 
 def known_posture(file: UrdfFile, hints: RobotHints) -> dict[str, float]:
@@ -149,7 +149,7 @@ def joint_order(file: UrdfFile) -> list[str]:
 
 
 def held_place(joint: Joint, held: Mapping[str, float]) -> float:
-    """Return where a joint is held: as asked, else zero moved into its limits [rad or m]."""
+    """Return where a joint is held: as requested, else zero moved into its limits [rad or m]."""
     if joint.name in held:
         return float(held[joint.name])
     lower, upper = joint.limit("lower", 0.0), joint.limit("upper", 0.0)
@@ -157,10 +157,10 @@ def held_place(joint: Joint, held: Mapping[str, float]) -> float:
     return float(min(max(0.0, lower), upper)) if bounded else 0.0
 
 
-# Layouts that need no recognition: those that a file states, those that its names tell.
+# Layouts that need no recognition: those stated by the file and those given by joint names.
 
 FOOT_WORDS = ("foot", "tip", "tarsus")
-"""A foot link has one of these in its name; an earlier word wins."""
+"""A foot link has one of these in its name; an earlier word has priority."""
 
 NO_HINTS = RobotHints()
 
@@ -188,9 +188,9 @@ def layout_stated(file: UrdfFile, hints: RobotHints = NO_HINTS) -> RobotLayout |
 
 
 def layout_named(file: UrdfFile, hints: RobotHints = NO_HINTS) -> RobotLayout | None:
-    """Return six legs of three joints whose names follow a known habit; None for other robots.
+    """Return six legs of three joints whose names follow a known convention; None for other robots.
 
-    The feet are those that the user gives, else links fixed to the legs' ends that are called so.
+    The feet are those that the user gives, else links at the legs' ends with a foot's name.
     """
     chains: dict[str | None, tuple[Names, str]] = {}
     for first in file.moved_joints_below(file.base):
@@ -263,7 +263,7 @@ def foot_word(name: str) -> int | None:
 
 
 def named_foot(file: UrdfFile, link: str) -> str | None:
-    """Return the link fixed to a leg's last one that is called a foot; an earlier word wins."""
+    """Return the link fixed to a leg's last one whose name has the earliest of FOOT_WORDS."""
     fixed = file.rigid_group(link)[1:]
     ranked = [(foot_word(name), -k, name) for k, name in enumerate(fixed)]
     return min(((r, k, n) for r, k, n in ranked if r is not None), default=(0, 0, None))[2]
@@ -279,16 +279,16 @@ TRUNK_LINK = "trunk_axes"
 
 
 def annotate_urdf(file: UrdfFile, layout: RobotLayout) -> UrdfFile:
-    """Return the file with its layout stated; the file itself where its text alone says the same.
+    """Return the file with its layout stated; the file itself where its text already gives it.
 
     Args:
         file: a URDF without findings.
         layout: what was found in it.
     """
-    if not layout.legs or (not layout.inferred and _says(file, layout)):
+    if not layout.legs or (not layout.inferred and _states(file, layout)):
         return file
     root = copy.deepcopy(file.root)
-    known = {element.get("name") for tag in ("link", "joint") for element in root.iter(tag)}
+    known = {x.get("name") or "" for tag in ("link", "joint") for x in root.iter(tag)}
     for leg in layout.legs:
         if leg.foot not in file.link_by_name:
             _add_foot(root, leg, known)
@@ -300,8 +300,8 @@ def annotate_urdf(file: UrdfFile, layout: RobotLayout) -> UrdfFile:
     return UrdfFile(file.source, text, root)
 
 
-def _says(file: UrdfFile, layout: RobotLayout) -> bool:
-    """Tell whether a file's text alone gives the trunk and the legs of a layout."""
+def _states(file: UrdfFile, layout: RobotLayout) -> bool:
+    """Return whether a file's text alone gives the trunk and the legs of a layout."""
     own = layout_stated(file) or layout_named(file)
     if own is None or not np.array_equal(layout.turn, own.turn):
         return False
@@ -309,7 +309,7 @@ def _says(file: UrdfFile, layout: RobotLayout) -> bool:
     return one == other
 
 
-def _add_foot(root: ET.Element, leg: LegLayout, known: set[str | None]) -> None:
+def _add_foot(root: ET.Element, leg: LegLayout, known: set[str]) -> None:
     """Add a foot link with its sphere, fixed to the link that carries it."""
     foot = ET.SubElement(root, "link", name=leg.foot)
     if leg.radius > 0.0:
@@ -318,18 +318,17 @@ def _add_foot(root: ET.Element, leg: LegLayout, known: set[str | None]) -> None:
     _fix(root, leg.tip_link, leg.foot, leg.centre, np.eye(3), known)
 
 
-def _turn_trunk(root: ET.Element, base: str, turn: Array, known: set[str | None]) -> None:
+def _turn_trunk(root: ET.Element, base: str, turn: Array, known: set[str]) -> None:
     """Make a new root link in the trunk's axes and fix the old one to it."""
-    name = _free(TRUNK_LINK, known)
+    name = free_name(TRUNK_LINK, known)
     root.insert(0, ET.Element("link", name=name))
     _fix(root, name, base, np.zeros(3), turn.T, known)
 
 
 def _fix(
-    root: ET.Element, parent: str, child: str, place: Array, turn: Array, known: set[str | None]
+    root: ET.Element, parent: str, child: str, place: Array, turn: Array, known: set[str]
 ) -> None:
-    """Add a fixed joint."""
-    joint = ET.SubElement(root, "joint", name=_free(f"{child}_fixed", known), type="fixed")
+    joint = ET.SubElement(root, "joint", name=free_name(f"{child}_fixed", known), type="fixed")
     ET.SubElement(joint, "parent", link=parent)
     ET.SubElement(joint, "child", link=child)
     ET.SubElement(
@@ -337,9 +336,8 @@ def _fix(
     )
 
 
-def _free(wanted: str, known: set[str | None]) -> str:
-    """Return a name that the file does not use, and take it."""
-    name = wanted
+def free_name(name: str, known: set[str]) -> str:
+    """Return a name that is not in `known`, with underscores appended as needed, and add it."""
     while name in known:
         name += "_"
     known.add(name)

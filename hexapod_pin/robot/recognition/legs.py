@@ -60,7 +60,7 @@ def choose_legs(
     """Return the legs on the root link: 4 to 8 chains alike, or those that are given.
 
     Raises:
-        UrdfError: other limbs, naming them and the way out; given legs that are none.
+        UrdfError: the limbs are no legs, or the given legs do not exist; with a remedy.
     """
     chains = limb_chains(file, file.base)
     if given is not None:
@@ -113,16 +113,15 @@ def _given_chains(
             )
         else:
             found.append(_narrowed(owners[0], names) if len(names) > 1 else owners[0])
-    labels = [chain.label for chain in found]
-    if not findings and len(set(labels)) < len(labels):
-        findings.append("legs=[...]: two legs on the same limb; name each limb once")
     counts = {len(chain.joints) for chain in found}
-    if not findings and (len(counts) != 1 or not 2 <= min(counts) <= MOST_JOINTS):
-        findings.append(
-            f"legs=[...]: legs of {sorted(counts)} joints; all must have 2 to 5, the same"
-        )
-    if not findings and len(found) not in LEG_COUNTS:
-        findings.append(f"legs=[...]: {len(found)} legs; must be 4 to 8")
+    if findings:
+        pass
+    elif len({chain.label for chain in found}) < len(found):
+        findings = ["legs=[...]: two legs on the same limb; name each limb once"]
+    elif len(counts) != 1 or not 2 <= min(counts) <= MOST_JOINTS:
+        findings = [f"legs=[...]: legs of {sorted(counts)} joints; all must have 2 to 5, the same"]
+    elif len(found) not in LEG_COUNTS:
+        findings = [f"legs=[...]: {len(found)} legs; must be 4 to 8"]
     if findings:
         raise UrdfError(file.source, findings)
     return found
@@ -143,7 +142,7 @@ def _joints(chain: Chain) -> list[str]:
 # Legs of which some have one joint more than the others: a joint fixed in one leg alone.
 
 FEWEST = 3
-"""Joints that a leg must keep."""
+"""Fewest joints of a leg that may hold one."""
 
 SAME_LINKS = 0.05
 """Links of the same leg differ by less than this share of their sum (*assumed*)."""
@@ -177,7 +176,7 @@ def _without_last(file: UrdfFile, chain: Chain) -> Chain:
 
 
 def _alike(frames: TreeFrames, chains: Sequence[Chain]) -> bool:
-    """Tell whether the distances of successive axes are the same in all limbs."""
+    """Return whether the distances of successive axes are the same in all limbs."""
     axes = [[frames.axes[joint.name] for joint in chain.joints] for chain in chains]
     links = np.array([[axis_distance(*p) for p in zip(a, a[1:], strict=False)] for a in axes])
     size = float(np.median(links.sum(axis=1)))

@@ -29,7 +29,7 @@ class LegFrame:
         lower: lower joint limits [rad]; -inf where there is none. Shape (k,).
         upper: upper joint limits [rad]; inf where there is none. Shape (k,).
         walking: which joints walk, from the trunk outwards. Two or three; the others are held.
-        joints: names of the joints, for what is said; empty: "joint 1" and so on. k or none.
+        joints: names of the joints, for messages; empty: "joint 1" and so on. k or none.
         ankle: where the link that carries the foot begins, when its joint is held already [m];
             None: at the last joint. Shape (3,).
     """
@@ -244,12 +244,12 @@ def _outward_first(angles: Array, outward: Array, axis: int) -> Array:
     return np.where(swap, np.flip(angles, axis=axis), angles)
 
 
-# Where the first joints of the legs stand: in the middle of their limits, or outwards.
+# Angles of the legs' first joints: the middle of their limits, or outwards.
 
 UP = np.array([0.0, 0.0, 1.0])
 
 WIDE_RANGE = np.radians(250.0)
-"""The middle of limits wider than this says nothing of how a leg should point [rad]."""
+"""The middle of limits wider than this does not determine how a leg should point [rad]."""
 
 INWARD = np.radians(70.0)
 """A leg points inwards when it is further than this from outwards and from sideways [rad]."""
@@ -259,7 +259,7 @@ RADIAL_SPREAD = 0.15
 """Hips are on a circle when gaps and radii are equal to these shares."""
 
 CLEAR_OFFSET = 0.02
-"""The second axis tells which way a leg points where it is this share of a leg beyond the first."""
+"""Share of a leg beyond the first axis from which the second one gives the leg's direction."""
 
 EDGE_SHARE = 0.25
 """A coxa that cannot point outwards stays this share of its range from its limits."""
@@ -280,12 +280,12 @@ def coxa_choices(legs: Sequence[LegFrame]) -> list[Array]:
     limits = np.array([[leg.lower[0], leg.upper[0]] for leg in legs])
     bounded = np.isfinite(limits).all(axis=1)
     middle = np.where(bounded, middle_of(*limits.T), outward)
-    kept = [
+    inside = [
         leg.upper[0] - leg.lower[0] <= WIDE_RANGE
         and max(direction(leg, q, r) @ r, direction(leg, q, r) @ s) >= np.cos(INWARD)
         for leg, q, r, s in zip(legs, middle, radial, side, strict=True)
     ]
-    choices = [np.where(kept, middle, outward), outward, spread, middle]
+    choices = [np.where(inside, middle, outward), outward, spread, middle]
     return [q for k, q in enumerate(choices) if not any(np.allclose(q, p) for p in choices[:k])]
 
 
@@ -338,7 +338,7 @@ def _radial(hips: Array) -> Array:
 
 
 def _on_a_circle(hips: Array) -> bool:
-    """Tell whether hips are evenly spread on a circle."""
+    """Return whether hips are evenly spread on a circle."""
     out = hips - hips.mean(axis=0)
     radius = np.hypot(out[:, 0], out[:, 1])
     azimuth = np.sort(np.arctan2(out[:, 1], out[:, 0]))

@@ -155,7 +155,7 @@ def walking_bound(measure: LegMeasure, q: Array) -> Array:
 def walking_score(measure: LegMeasure, q: Array) -> Array:
     """Return what postures (..., N, J) are worth in a walk. Shape (..., N).
 
-    Looked at: where the foot stands, half a stroke before and behind it, and lifted.
+    The foot is where it stands, half a stroke before and behind it, and lifted.
     """
     moves = np.array([[0, 0, 0], [0.5, 0, 0], [-0.5, 0, 0], [0, 0, 0]]) * STROKE_SHARE
     moves[3, 2] = LIFT_SHARE
@@ -205,7 +205,7 @@ def crossing_legs(legs: Sequence[LegFrame], angles: Sequence[Array]) -> list[tup
 
 
 def _cross(a: Array, b: Array, c: Array, d: Array) -> bool:
-    """Tell whether the segments a-b and c-d of a plane cross."""
+    """Return whether the segments a-b and c-d of a plane cross."""
 
     def side(p: Array, q: Array, r: Array) -> float:
         return float((q[0] - p[0]) * (r[1] - p[1]) - (q[1] - p[1]) * (r[0] - p[0]))
@@ -213,7 +213,7 @@ def _cross(a: Array, b: Array, c: Array, d: Array) -> bool:
     return side(a, b, c) * side(a, b, d) < 0.0 and side(c, d, a) * side(c, d, b) < 0.0
 
 
-# The postures of one leg that are looked at: foot heights and inclinations on a stated grid.
+# Candidate postures of one leg: foot heights and inclinations on a grid.
 
 HEIGHTS = np.arange(2, 21) / 20.0
 """Heights of the second axes above the soles, in mean lengths beyond the coxa."""
@@ -223,19 +223,16 @@ LEANS = np.radians([0, 5, 10, 15, 20, 30, 40, 50, 60, 70, 80])
 
 FINER_HEIGHTS = np.arange(-4, 5) / 100.0
 FINER_LEANS = np.radians(np.arange(-4, 5))
-"""Steps around the best of these that are looked at in turn."""
+"""Finer steps around the best of these."""
 
 ALL_HEIGHTS = np.arange(-8, 49) / 40.0
-"""Heights looked at where the grid above has no posture."""
+"""Heights used where the grid above has no posture."""
 
 SHARES = np.array([8, 7, 9, 6, 10, 5, 11, 4, 12, 3, 13, 2, 14, 1, 15, 0, 16]) / 16.0
-"""Places in a joint's range looked at where the grid above has no posture, middle first."""
+"""Places in a joint's range used where the grid above has no posture, middle first."""
 
 COXA_SHARES = np.array([4, 3, 5, 2, 6, 1, 7]) / 8.0
 """The same for the first joint."""
-
-UPRIGHT = 0.95
-"""A joint whose axis is steeper than this cannot set a foot's height [sine]."""
 
 
 def leg_postures(
@@ -318,7 +315,7 @@ def _places(leg: LegFrame, joint: int) -> Array:
     return np.asarray(lower + shares * (upper - lower))
 
 
-# What is said of a standing posture: how the feet stand, or which limit forbids one.
+# The description of a standing posture, or the limit that prevents one.
 
 WAY_OUT = "Widen the limits, or state the standing angles with posture=[...]."
 
@@ -326,7 +323,7 @@ WAY_OUT = "Widen the limits, or state the standing angles with posture=[...]."
 def sentence(legs: Sequence[LegFrame], angles: Sequence[Array], sole: float) -> str:
     """Return how a robot stands: height below the hips, lean of the tibiae, nearest limit.
 
-    Limits of joints that are held are not spoken of.
+    Limits of held joints are left out.
     """
     below, lean, margin = [], [], []
     for leg, q in zip(legs, angles, strict=True):

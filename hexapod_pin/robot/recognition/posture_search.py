@@ -47,7 +47,7 @@ from hexapod_pin.robot.recognition.posture_score import (
 )
 
 GOOD_SCORE = 0.5
-"""A posture with this score is taken without a look at other places of the coxae."""
+"""A posture with this score is taken without a search of other places of the coxae."""
 
 
 def standing_posture(
@@ -63,7 +63,7 @@ def standing_posture(
         trunk_low: lowest point of the trunk's shapes in trunk axes [m]; None: the second axes.
 
     Raises:
-        ReachError: there is no such posture; it names the leg, the joint and the way out.
+        ReachError: there is no such posture; it names the leg, the joint and a remedy.
     """
     best: tuple[float, Found, Places] | None = None
     choices = held_choices(legs)
@@ -151,13 +151,13 @@ MEAN_WEIGHT = 0.01
 """Weight of the legs' mean score beside that of the worst leg."""
 
 CROSSING = 5.0
-"""What a pair of legs that cross costs."""
+"""Cost of a pair of legs that cross."""
 
 WALKED_AT_ONCE = 24
-"""How many postures are looked at in a walk before the best is compared with the rest."""
+"""Postures scored in a walk before the best is compared with the rest."""
 
 WALKED_AT_EACH_HEIGHT = 12
-"""How many postures of a leg on its own are looked at in a walk, for each height."""
+"""Postures of one leg scored in a walk, for each height."""
 
 BRANCHES = 4
 """Postures of a leg with one height and one lean."""
@@ -165,7 +165,7 @@ BRANCHES = 4
 
 @dataclass(frozen=True, eq=False)
 class Grid:
-    """What is looked at.
+    """Postures to compare.
 
     Attributes:
         coxa: angles of the legs' first joints [rad]. Shape (L,).
@@ -200,7 +200,7 @@ def best_on_grid(legs: Sequence[LegFrame], grid: Grid, trunk_low: float) -> Foun
 
     Args:
         legs: with walking joints alone.
-        grid: what is looked at.
+        grid: the postures to compare.
         trunk_low: lowest point of the trunk in trunk axes [m].
     """
     soles = grid.soles[grid.soles < trunk_low]
@@ -256,7 +256,7 @@ def _best_shared(
 ) -> Place | None:
     """Return the best posture that is the same on the grid for all legs, or None.
 
-    Walks are looked at in the order of what postures are worth at most, until none can be better.
+    Walks are scored in the order of the postures' upper bounds, until none can be better.
     """
     if len({angles.shape for angles in postures}) > 1:
         return None
@@ -322,7 +322,7 @@ def _leans(grid: Grid, columns: list[int]) -> Array:
     )
 
 
-# Where the joints of a leg stand that do not walk: bends of the leg on a stated grid.
+# Angles of the held joints of a leg: bends of the leg on a grid.
 
 BENDS = np.radians([0, 15, -15, 30, -30, 45, -45, 60, -60, 75, -75, 90, -90])
 """Angles between the links before and beyond a held joint, downwards first [rad]."""
@@ -377,7 +377,6 @@ def with_held(leg: LegFrame, places: Sequence[float]) -> LegFrame:
 
 
 def _held(leg: LegFrame) -> list[int]:
-    """Return which joints are held."""
     return [k for k in range(len(leg.axes)) if k not in leg.walking]
 
 

@@ -35,6 +35,7 @@ from hexapod_pin.robot.recognition.layout import (
     LegLayout,
     RobotHints,
     RobotLayout,
+    free_name,
     known_places,
     known_posture,
     layout_named,
@@ -52,23 +53,23 @@ if TYPE_CHECKING:
 
 
 def recognise(file: UrdfFile, finder: ResourceFinder, hints: RobotHints) -> RobotLayout:
-    """Return the robot in a URDF: which way is forward, its legs and feet, how it stands.
+    """Return the robot in a URDF: its forward direction, legs, feet and standing posture.
 
     A robot that has no legs to walk with but feet that are given has a layout without legs.
 
     Args:
         file: a URDF, as read; only its tree need be sound.
         finder: of its meshes.
-        hints: what the user says: it goes before everything inferred.
+        hints: given by the user; they go before everything inferred.
 
     Raises:
-        UrdfError: no robot of 4 to 8 legs can be found; every finding names part and way out.
+        UrdfError: no robot of 4 to 8 legs can be found; every finding names the part and a remedy.
         UnknownNameError: a hint names a joint or foot link that does not exist.
         ParameterError: a foot radius out of range.
     """
     check_tree(file)
     stated, held = known_posture(file, hints), known_places(file, hints)
-    free = hints.legs is None and hints.forward is None  # the file is taken at its word
+    free = hints.legs is None and hints.forward is None  # what the file states holds
     if free and (own := layout_stated(file, hints)) is not None:
         return own
     legs: Legs | None = None
@@ -82,7 +83,7 @@ def recognise(file: UrdfFile, finder: ResourceFinder, hints: RobotHints) -> Robo
 
 
 def _may_only_stand(file: UrdfFile, hints: RobotHints, legs: Legs | None) -> bool:
-    """Return whether given feet may be all there is: of no hexapod, and not told to walk."""
+    """Return whether the robot may have feet only: the user gives them, and it is no hexapod."""
     if hints.feet is None or hints.legs is not None or hints.forward is not None:
         return False
     joints = [] if legs is None else [len(chain.joints) for chain in legs.chains]
@@ -95,7 +96,7 @@ def _recognised(
 ) -> RobotLayout:  # fmt: skip
     """Return the layout of a robot with these legs."""
     up = find_up(legs.chains, legs.frames, legs.tips, stated, file.base)
-    forward, says = _forward(file, legs, up, hints)
+    forward, reasons = _forward(file, legs, up, hints)
     legs, names = _named(legs, forward.turn)
     walking, surplus = walking_joints(legs.chains, legs.frames, legs.tips, up.unit)
     feet = provisional_feet(file, legs, names, hints.feet, hints.foot_radius)
@@ -105,12 +106,12 @@ def _recognised(
     if _moved(feet, lower):
         feet = lower
         standing = stand(file, legs, names, feet, walking, forward.turn, stated, low, standing)
-    texts = [*says, *([surplus] if surplus else []), *feet_text(file, legs, names, feet)]
+    texts = [*reasons, *([surplus] if surplus else []), *feet_text(file, legs, names, feet)]
     return _layout(file, legs, names, feet, walking, forward.turn, standing, texts)
 
 
 def _forward(file: UrdfFile, legs: Legs, up: Up, hints: RobotHints) -> tuple[Forward, list[str]]:
-    """Return the trunk's axes, and what is said of them: nothing where the file's names say it."""
+    """Return the trunk's axes and the reasons; no reason where the joints' names determine them."""
     given = legs.given
     names = [chain.names for chain in legs.chains] if given is None else [(name,) for name in given]
     mine = {name for chain in legs.chains for name in chain.names}
@@ -120,49 +121,32 @@ def _forward(file: UrdfFile, legs: Legs, up: Up, hints: RobotHints) -> tuple[For
     if hints.forward is not None:
         return given_forward(hints.forward, up, file.source), [up.reason] * bool(up.unit[2] < 1)
     forward = find_forward(layout, up)
-    habit = [_habit_name(chain.joints) for chain in legs.chains]
+    joints = [[joint.name for joint in chain.joints] for chain in legs.chains]
+    habit = [leg_of_chain((x[0], x[1], x[2])) if len(x) == 3 else None for x in joints]
     off = float(np.abs(forward.turn - np.eye(3)).max())
     if off <= max(1e-6, 2 * (forward.miss + up.scatter)) and None not in habit:
-        by_place = _order(legs, np.eye(3))
-        if [habit[k] for k in by_place] == list(leg_names(*_sides(legs, np.eye(3)))):
+        by_place, names_by_place = _order(legs, np.eye(3))
+        if [habit[k] for k in by_place] == list(names_by_place):
             return Forward(np.eye(3), "", 0.0), []
     return forward, [up.reason] * bool(up.unit[2] < 1) + [forward.reason]
 
 
-def _habit_name(joints: Sequence[Joint]) -> str | None:
-    """Return the leg that the names of three joints tell by an old habit."""
-    names = [joint.name for joint in joints]
-    return leg_of_chain((names[0], names[1], names[2])) if len(names) == 3 else None
-
-
 def _named(legs: Legs, turn: Array) -> tuple[Legs, tuple[str, ...]]:
-    """Return the legs left ones first, front to rear, and their names."""
-    order = _order(legs, turn)
-    names = leg_names(*_sides(legs, turn))
+    """Return the legs, left ones first, front to rear, and their names."""
+    order, names = _order(legs, turn)
     if legs.given is not None:
         names = tuple(legs.given[k] for k in order)
     chains = tuple(legs.chains[k] for k in order)
     return replace(legs, chains=chains, bodies=tuple(legs.bodies[k] for k in order)), names
 
 
-def _order(legs: Legs, turn: Array) -> list[int]:
-    """Return the places of the legs: left ones first, front to rear."""
-    hips = _hips(legs, turn)
-    left = is_left(hips)
-    return sorted(range(len(hips)), key=lambda k: (not left[k], -hips[k, 0]))
-
-
-def _sides(legs: Legs, turn: Array) -> tuple[int, int]:
-    """Return how many legs are on the left and on the right."""
-    left = sum(is_left(_hips(legs, turn)))
-    return left, len(legs.chains) - left
-
-
-def _hips(legs: Legs, turn: Array) -> Array:
-    """Return the hips about their middle in trunk axes [m]. Shape (L, 3)."""
+def _order(legs: Legs, turn: Array) -> tuple[list[int], tuple[str, ...]]:
+    """Return the places of the legs, left ones first, front to rear, and their usual names."""
     hips = hip_points(legs.chains, legs.frames, legs.tips, turn[:, 2])
-    centred: Array = (hips - hips.mean(axis=0)) @ turn
-    return centred
+    hips = (hips - hips.mean(axis=0)) @ turn  # trunk axes
+    left = is_left(hips)
+    order = sorted(range(len(hips)), key=lambda k: (not left[k], -hips[k, 0]))
+    return order, leg_names(sum(left), len(left) - sum(left))
 
 
 def _trunk_low(file: UrdfFile, finder: ResourceFinder, legs: Legs, up: Up) -> float | None:
@@ -177,7 +161,7 @@ def _trunk_low(file: UrdfFile, finder: ResourceFinder, legs: Legs, up: Up) -> fl
 
 
 def _moved(before: Sequence[FoundFoot], after: Sequence[FoundFoot]) -> bool:
-    """Tell whether feet are elsewhere than before."""
+    """Return whether a centre moved by more than 1 nm, or a radius changed."""
     return any(
         float(np.abs(a.centre - b.centre).max()) > 1e-9 or a.radius != b.radius
         for a, b in zip(before, after, strict=True)
@@ -188,7 +172,7 @@ def _layout(
     file: UrdfFile, legs: Legs, names: Sequence[str], feet: Sequence[FoundFoot],
     walking: Sequence[int], turn: Array, standing: Standing, texts: Sequence[str],
 ) -> RobotLayout:  # fmt: skip
-    """Return what was found as data."""
+    """Return legs, posture, held joints and sentences as one record."""
     leg_layouts: list[LegLayout] = []
     posture: dict[str, float] = {}
     held = dict(legs.places)
@@ -202,7 +186,7 @@ def _layout(
             *(j.name for j in chain.joints if j.name not in walk),
             *(j.name for j in chain.others),
         )
-        link = foot.link if foot.own else _new_name(f"{name}_foot", taken)
+        link = foot.link if foot.own else free_name(f"{name}_foot", taken)
         centre = read_only(local(legs.frames.links[foot.link], foot.centre))
         leg_layouts.append(LegLayout(name, walk, others, foot.link, link, centre, foot.radius))
     if standing.reason:
@@ -217,15 +201,7 @@ def _layout(
     return RobotLayout(read_only(turn), tuple(leg_layouts), held, posture, tuple(texts))
 
 
-def _new_name(name: str, taken: set[str]) -> str:
-    """Return a link name that the file does not have, and take it."""
-    while name in taken:
-        name += "_"
-    taken.add(name)
-    return name
-
-
-# How the robot stands: as the user or the file says, else as it is searched.
+# The standing posture: from the user or the file, else the result of a search.
 
 
 @dataclass(frozen=True, eq=False)
@@ -243,7 +219,7 @@ def stand(
 ) -> Standing:  # fmt: skip
     """Return the angles of all legs: the stated ones where they are complete, else searched ones.
 
-    `before` is what was found with other feet: joints that do not walk stay as they are there.
+    `before` is the posture found with other feet: joints that do not walk keep their angles.
 
     Raises:
         UrdfError: a walking joint without a range, or no posture on level feet.
@@ -278,7 +254,7 @@ def _frame(
     legs: Legs, index: int, name: str, foot: FoundFoot, walking: Sequence[int], turn: Array,
     before: Standing | None,
 ) -> LegFrame:  # fmt: skip
-    """Return a leg in trunk axes as the search of a posture takes it."""
+    """Return a leg in trunk axes, for the search of a posture."""
     joints = legs.chains[index].joints
     axes = [legs.frames.axes[joint.name] for joint in joints]
     limits = np.array([_limits(joint) for joint in joints])
@@ -295,7 +271,7 @@ def _frame(
 def _held(
     legs: Legs, index: int, walking: Sequence[int], before: Standing | None
 ) -> dict[int, float]:
-    """Return the joints of a leg whose places are settled before the search [rad]."""
+    """Return the joints of a leg that the search leaves where they are [rad]."""
     joints = legs.chains[index].joints
     held = {k: legs.places[j.name] for k, j in enumerate(joints) if j.name in legs.places}
     if before is not None:
@@ -311,7 +287,7 @@ def _limits(joint: Joint) -> tuple[float, float]:
 
 
 def _no_range(joint: Joint) -> str:
-    """Say that a joint's limits leave it no range, if so."""
+    """Return a finding where a joint's limits leave it no range, else ""."""
     lower, upper = joint.limit("lower", 0.0), joint.limit("upper", 0.0)
     if joint.kind == "continuous" or lower < upper:
         return ""
@@ -322,17 +298,17 @@ def _no_range(joint: Joint) -> str:
 
 
 def _place(legs: Legs, stated: Mapping[str, float], joint: Joint) -> float:
-    """Return a stated angle; of a joint that is not stated its place, else zero [rad]."""
+    """Return the stated angle of a joint, else the place where it is held, else zero [rad]."""
     return float(stated.get(joint.name, legs.places.get(joint.name, 0.0)))
 
 
-# What is said of feet that were inferred: one sentence for the legs that share a rule.
+# Sentences on inferred feet: one for the legs that share a rule.
 
 
 def feet_text(
     file: UrdfFile, legs: Legs, names: Sequence[str], feet: Sequence[FoundFoot]
 ) -> list[str]:
-    """Return what is inferred about feet: rules, frames that are not at the tip, shapes lost."""
+    """Return sentences on feet: the rules used, frames that are not at the tip, unused shapes."""
     rules: dict[str, list[int]] = {}
     frames: dict[str, list[int]] = {}
     lost: dict[str, list[int]] = {}
@@ -344,10 +320,10 @@ def feet_text(
             group.setdefault(text, []).append(k)
         if body.lost and not body.empty:
             lost.setdefault(body.lost[0], []).append(k)
-    who = {rule: ", ".join(names[k] for k in places) for rule, places in rules.items()}
+    owners = {rule: ", ".join(names[k] for k in places) for rule, places in rules.items()}
     return [
         *(
-            f"feet of {who[rule]}: {rule}, on {_listed([feet[k].link for k in places])};"
+            f"feet of {owners[rule]}: {rule}, on {_listed([feet[k].link for k in places])};"
             f" {_sizes(legs, feet, places)}"
             for rule, places in rules.items()
             if rule

@@ -1,4 +1,4 @@
-"""Which way is up: the common direction of the legs' first axes, away from where feet can be."""
+"""The upward direction: that of the legs' first axes, away from where feet can be."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ SLACK = 5e-3
 """The same where the file itself is less exact than that: at most twice its own scatter [rad]."""
 
 CLEAR = 0.1
-"""Share of the legs' length by which tips must be below the hips to tell up from down."""
+"""Share of the legs' length by which tips must be below the hips to distinguish up from down."""
 
 BENT = 0.3
-"""Mean sine of a knee's angle over its range by which it tells to which side it folds."""
+"""Mean sine of a knee's angle over its range from which the side to which it folds is taken."""
 
 NEAR_Z = 0.95
 """Least component along the root link's z of a line whose upper end is taken to be +z."""
@@ -57,11 +57,11 @@ def find_up(
     """
     axes = [frames.axes[chain.joints[0].name] for chain in chains]
     hips = np.array([axis.origin for axis in axes])
-    line, scatter, how = _line(np.array([axis.unit for axis in axes]), hips)
+    line, scatter, source = _line(np.array([axis.unit for axis in axes]), hips)
     line = snap(line, scatter)
     sign, why = _sign(line, chains, frames, tips, stated)
     unit = sign * line + 0.0
-    return Up(unit, scatter, f"up is {direction_text(unit)} of {root!r}: {how}, {why}")
+    return Up(unit, scatter, f"up is {direction_text(unit)} of {root!r}: {source}, {why}")
 
 
 def snap(unit: Array, scatter: float) -> Array:
@@ -95,11 +95,11 @@ def _line(units: Array, hips: Array) -> tuple[Array, float, str]:
     if _flat(hips, across[:, 0]):
         scatter = float(np.sqrt(max(spread[0], 0.0) / max(float(spread[1]), 1e-300)))
         return across[:, 0], scatter, "across the plane of the hips"
-    return np.array([0.0, 0.0, 1.0]), 0.0, "the root link's z (assumed: nothing tells)"
+    return np.array([0.0, 0.0, 1.0]), 0.0, "the root link's z (assumed)"
 
 
 def _flat(hips: Array, line: Array) -> bool:
-    """Tell whether the hips lie flatter along a line than in any direction across it."""
+    """Return whether the hips lie flatter along a line than in any direction across it."""
     offset = hips - hips.mean(axis=0)
     height = offset @ line
     across = offset - height[:, None] * line
@@ -116,10 +116,10 @@ def _sign(
 ) -> tuple[float, str]:
     """Return whether up is along the line or against it, and from what.
 
-    Told by where feet are below hips, as a share of the legs' length: as the robot is known to
-    stand; on average over the joints' ranges (the same for any zero posture); at zero angles. The
-    root link's z goes before the last two, unless they tell the opposite with one voice and
-    knees do not bend towards that side: legs fold their feet downwards.
+    The feet are below the hips, by a share of the legs' length: in a known standing posture; on
+    average over the joints' ranges (the same for any zero posture); at zero angles. The root
+    link's z has priority over the last two, unless both contradict it and knees do not bend
+    towards that side: legs fold their feet downwards.
     """
     standing, average, zero, bends = [], [], [], []
     hips = np.mean([frames.axes[chain.joints[0].name].origin for chain in chains], axis=0)
@@ -131,7 +131,9 @@ def _sign(
         length = max(float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum()), 1e-12)
         hip = points[0]
         if known:
-            place = _placed(axes, tip, [stated[joint.name] for joint in chain.joints])
+            place = tip
+            for axis, joint in zip(reversed(axes), reversed(chain.joints), strict=True):
+                place = axis.turned(place, stated[joint.name])
             standing.append(float((place - hip) @ line) / length)
         average.append(float((mean_tip(chain, axes, tip) - hip) @ line) / length)
         zero.append(float((tip - hip) @ line) / length)
@@ -151,14 +153,7 @@ def _sign(
     if abs(now) > CLEAR:
         return float(-np.sign(now)), "feet below hips at zero angles"
     side = float(np.sign(line[np.abs(line).argmax()]))
-    return side, "its positive side (assumed: nothing tells)"
-
-
-def _placed(axes: Sequence[Axis], tip: Array, angles: Sequence[float]) -> Array:
-    """Return a tip with its joints at angles [m]."""
-    for axis, angle in zip(reversed(axes), reversed(angles), strict=True):
-        tip = axis.turned(tip, angle)
-    return tip
+    return side, "its positive side (assumed)"
 
 
 def mean_tip(chain: Chain, axes: Sequence[Axis], tip: Array) -> Array:

@@ -1,4 +1,4 @@
-"""Finding what is wrong with a URDF, and repairing it: every change is said."""
+"""Faults of a URDF are found and repaired; every change is reported."""
 
 from hexapod_pin.robot.repair.find_all import find_all
 from hexapod_pin.robot.repair.finding import Finding, FoldedFinding, RepairOptions, folded

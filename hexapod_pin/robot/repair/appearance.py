@@ -10,7 +10,6 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from hexapod_pin.robot.description.urdf_file import (
-    LARGEST_LENGTH,
     Link,
     UrdfFile,
     length,
@@ -33,9 +32,8 @@ CHANNELS = 4
 def appearance_findings(measures: Measures) -> list[Finding]:
     """Return every trouble of meshes, shapes, colours and materials."""
     file = measures.file
-    found = [x for link in file.links for x in _of_link(measures, link)]
-    found += [*_materials(file), *_colours(file)]
-    return found
+    shapes = [x for link in file.links for x in _of_link(measures, link)]
+    return [*shapes, *_materials(file), *_colours(file)]
 
 
 def bad_scale(mesh: ET.Element) -> bool:
@@ -47,7 +45,7 @@ def bad_scale(mesh: ET.Element) -> bool:
 def colour_of(element: ET.Element) -> tuple[float, ...]:
     """Return the numbers of a <color>; empty where they are none."""
     try:
-        return tuple(float(word) for word in (element.get("rgba") or "").split())
+        return tuple(float(text) for text in (element.get("rgba") or "").split())
     except ValueError:
         return ()
 
@@ -64,7 +62,7 @@ def repeated_materials(file: UrdfFile) -> list[ET.Element]:
 
 
 def bad_size(geometry: ET.Element) -> str:
-    """Say which size of a primitive is none; "" where all are sizes, and for meshes."""
+    """Return the sizes of a primitive where one is impossible, else ""; "" for meshes."""
     if geometry.tag == "box":
         sizes = lengths(geometry.get("size")) if geometry.get("size") else (math.nan,)
     elif geometry.tag in ("sphere", "cylinder", "capsule"):
@@ -78,7 +76,7 @@ def bad_size(geometry: ET.Element) -> str:
 
 
 def bad_shape(shape: ET.Element) -> str:
-    """Say why a <visual> or <collision> is no shape; "" where it is one."""
+    """Return why a <visual> or <collision> is no shape; "" where it is one."""
     if not all(map(math.isfinite, (*origin(shape)[0], *origin(shape)[1]))):
         return "its origin is no place"
     geometries = [x for x in shape.findall("geometry/*") if x.tag in GEOMETRIES]
@@ -93,15 +91,7 @@ def _of_link(measures: Measures, link: Link) -> Iterator[Finding]:
         for shape in link.element.findall(tag):
             if text := bad_shape(shape):
                 value = f"{tag}: {text}"
-                yield Finding(
-                    "unreadable shape",
-                    where,
-                    value,
-                    f"a geometry of a size above 0, at a place of three numbers, both at most"
-                    f" {LARGEST_LENGTH:g} m",
-                    "the shape is dropped",
-                    "suspicious",
-                )
+                yield Finding.of("unreadable shape", where, value)
             for geometry in shape.findall("geometry/*"):
                 uri = geometry.get("filename") or ""
                 if geometry.tag == "mesh" and (uri, geometry.get("scale")) not in seen:
@@ -111,75 +101,33 @@ def _of_link(measures: Measures, link: Link) -> Iterator[Finding]:
 
 def _of_mesh(measures: Measures, mesh: ET.Element, where: str, uri: str) -> Iterator[Finding]:
     if bad_scale(mesh):
-        yield Finding(
-            "mesh scale",
-            where,
-            f"scale {mesh.get('scale')!r}",
-            "three numbers other than 0",
-            "scale 1 1 1",
-            "suspicious",
-        )
+        yield Finding.of("mesh scale", where, f"scale {mesh.get('scale')!r}")
     finder = measures.solids.finder
     if finder is None:
         return
     if finder.find(uri) is None if uri else True:
-        yield Finding(
-            "mesh not found",
-            where,
-            f"mesh {uri!r}",
-            "a file that can be found",
-            "give its package's folder by package_path=[...]",
-            "suspicious",
-            repairable=False,
-        )
+        yield Finding.of("mesh not found", where, f"mesh {uri!r}")
     elif not bad_scale(mesh) and measures.solids.mesh(mesh) is None:
-        yield Finding(
-            "mesh without volume",
-            where,
-            f"mesh {uri!r}",
-            "a mesh of a solid in STL, DAE or OBJ",
-            "export it as a closed solid; the link counts as having no shape",
-            "suspicious",
-            repairable=False,
-        )
+        yield Finding.of("mesh without volume", where, f"mesh {uri!r}")
 
 
 def _materials(file: UrdfFile) -> Iterator[Finding]:
     count = Counter(material.get("name") or "" for material in repeated_materials(file))
     for name, more in count.items():
-        yield Finding(
-            "material defined twice",
-            f"material {name!r}",
-            f"{more + 1} times",
-            "once; other parsers refuse this",
-            "the first one is kept",
-            "suspicious",
-        )
+        yield Finding.of("material defined twice", f"material {name!r}", f"{more + 1} times")
 
 
 def _colours(file: UrdfFile) -> Iterator[Finding]:
     elements = (x for material in file.root.iter("material") for x in material.findall("color"))
     for number, element in enumerate(elements, 1):
-        colour = colour_of(element)
-        where = f"colour {number}"
-        if len(colour) != CHANNELS or not all(map(math.isfinite, colour)):
-            yield Finding(
-                "unreadable colour",
-                where,
-                f"rgba {element.get('rgba')!r}",
-                "four numbers from 0 to 1",
-                "the colour is dropped",
-                "suspicious",
-            )
-        elif max(colour) > 1.0 or min(colour) < 0.0:
-            yield Finding(
-                "colour out of range",
-                where,
-                f"rgba {element.get('rgba')!r}",
-                "four numbers from 0 to 1",
-                "divided by 255 where one is above 1, else limited",
-                "suspicious",
-            )
+        if fault := _colour_fault(colour_of(element)):
+            yield Finding.of(fault, f"colour {number}", f"rgba {element.get('rgba')!r}")
+
+
+def _colour_fault(colour: tuple[float, ...]) -> str:
+    if len(colour) != CHANNELS or not all(map(math.isfinite, colour)):
+        return "unreadable colour"
+    return "colour out of range" if max(colour) > 1.0 or min(colour) < 0.0 else ""
 
 
 # Repairs of shapes, mesh scales, colours and materials.
@@ -219,11 +167,11 @@ def _repair_colours(draft: Draft) -> None:
         for element in material.findall("color"):
             colour = colour_of(element)
             where = f"material {material.get('name') or ''!r}"
-            if len(colour) != CHANNELS or not all(map(math.isfinite, colour)):
+            fault, before = _colour_fault(colour), element.get("rgba")
+            if fault == "unreadable colour":
                 material.remove(element)
-                draft.change(where, f"colour {element.get('rgba')!r} dropped")
-            elif max(colour) > 1.0 or min(colour) < 0.0:
-                before = element.get("rgba")
+                draft.change(where, f"colour {before!r} dropped")
+            elif fault:
                 element.set("rgba", " ".join(f"{value:.6g}" for value in _in_range(colour)))
                 draft.change(where, f"colour {before} -> {element.get('rgba')}")
 

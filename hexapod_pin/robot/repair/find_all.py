@@ -14,12 +14,13 @@ from typing import NamedTuple
 from hexapod_pin.robot.description.urdf_annotation import ANNOTATION, PLACES, stated_leg_faults
 from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile, attribute
 from hexapod_pin.robot.repair.appearance import appearance_findings
-from hexapod_pin.robot.repair.finding import Draft, Finding, Severity
+from hexapod_pin.robot.repair.finding import Draft, Finding
 from hexapod_pin.robot.repair.inertias import inertia_findings
 from hexapod_pin.robot.repair.joints import joint_findings
 from hexapod_pin.robot.repair.limits import limit_findings
 from hexapod_pin.robot.repair.masses import SCALE_FIRST, whole_findings
 from hexapod_pin.robot.repair.measures import LinkSolids, Measures, MeshFinder
+from hexapod_pin.robot.repair.rules import Severity
 from hexapod_pin.robot.repair.structure import structure_findings
 from hexapod_pin.robot.repair.units import joint_length_slip
 

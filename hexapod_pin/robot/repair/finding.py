@@ -9,15 +9,14 @@ import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
-from typing import Annotated, Literal
+from typing import Annotated
 
 from pydantic import Field
 
 from hexapod_pin.robot.description.urdf_file import UrdfFile, parse_tree
 from hexapod_pin.robot.repair.measures import LinkSolids, Measures, MeshFinder
+from hexapod_pin.robot.repair.rules import RULES, Severity
 from hexapod_pin.spec import Spec
-
-Severity = Literal["refused", "suspicious"]
 
 
 @dataclass(frozen=True)
@@ -43,6 +42,11 @@ class Finding:
     repair: str
     severity: Severity = "refused"
     repairable: bool = True
+
+    @staticmethod
+    def of(what: str, where: str, value: str) -> Finding:
+        """Return a finding of a kind that `RULES` has."""
+        return Finding(what, where, value, *RULES[what])
 
     def __str__(self) -> str:
         """Return the finding as a sentence."""
@@ -116,14 +120,14 @@ def _block(block: FoldedFinding) -> list[str]:
     ]
 
 
-# A URDF while it is repaired: its tree, and what is said of every change.
+# A URDF under repair: its tree, and a sentence on every change.
 
 MOST_NAMED = 6
 """Places that a sentence names; more are counted."""
 
 
 class Draft:
-    """The tree of a file; repairs change it and say so."""
+    """The tree of a file; repairs change it and record every change."""
 
     def __init__(self, file: UrdfFile, finder: MeshFinder | None, options: RepairOptions) -> None:
         """Copy the tree of the file, comments included."""
@@ -145,7 +149,7 @@ class Draft:
         return Measures(self.file, self.solids)
 
     def change(self, where: str, text: str, assumed: str = "") -> None:
-        """Say a change, with before and after, and what it assumes, to be written in the file."""
+        """Record a change, with before and after, and an assumption, to be written in the file."""
         self._changes.setdefault(text, []).append(where)
         if assumed:
             self._assumed.setdefault(assumed, []).append(where)
@@ -167,14 +171,14 @@ class Draft:
 
 
 def scaled(text: str, power: int) -> str:
-    """Return the numbers of a text times a power of ten, exactly; other words as they are."""
-    words = []
-    for word in text.split():
+    """Return the numbers of a text times a power of ten, exactly; other parts as they are."""
+    parts = []
+    for part in text.split():
         try:
-            words.append(str(Decimal(word).scaleb(power)))
+            parts.append(str(Decimal(part).scaleb(power)))
         except InvalidOperation:
-            words.append(word)
-    return " ".join(words)
+            parts.append(part)
+    return " ".join(parts)
 
 
 def number(value: float) -> str:
@@ -192,7 +196,7 @@ def _folded(places: list[str], text: str) -> str:
     return f"{len(names)} {kinds.pop()}s ({shown}): {text}"
 
 
-# What a user says of a robot whose file does not.
+# Numbers that a user gives where the file has none.
 
 
 class RepairOptions(Spec):

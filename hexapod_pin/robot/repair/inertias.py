@@ -55,7 +55,7 @@ def inertia_findings(measures: Measures) -> list[Finding]:
 
 
 def broken(link: Link, slack: float = INERTIA_RELATIVE_TOLERANCE, scale: float = 0.0) -> str:
-    """Say how a link's inertia is impossible by more than slack * (its largest moment or scale)."""
+    """Return how a link's inertia is impossible by more than slack * (largest moment or scale)."""
     small, middle, large = principal_moments(inertia_matrix(link))
     tolerance = slack * max(abs(large), scale)
     moments = f"principal moments {small:.6g}, {middle:.6g}, {large:.6g} kg m^2"
@@ -78,7 +78,7 @@ def size_of(measures: Measures, link: Link) -> tuple[float, tuple[float, float]]
 
 
 def misfit(measures: Measures, link: Link) -> str:
-    """Say how the radius of gyration of a readable link does not fit its size; "" where it does."""
+    """Return how the radius of gyration of a readable link does not fit its size, else ""."""
     size, (low, high) = size_of(measures, link)
     if not size or low * size <= gyration(link) <= high * size:
         return ""
@@ -95,7 +95,7 @@ def replaceable(measures: Measures, link: Link) -> bool:
 
 
 def off_centre(measures: Measures, link: Link) -> str:
-    """Say how far the centre of mass lies outside what is drawn; "" where it does not."""
+    """Return how far the centre of mass lies outside what is drawn; "" where it does not."""
     solid = measures.solid(link)
     if solid is None or not readable(link):
         return ""
@@ -111,22 +111,23 @@ def dummy(measures: Measures, link: Link) -> bool:
     return solid is not None and 0.0 < (link.mass or 0.0) < rules.LIGHTEST * solid.volume
 
 
+def impossible_mass(link: Link) -> str:
+    """Return the mass of a link as it is written where no body can have it; else ""."""
+    if link.mass is None or (math.isfinite(link.mass) and link.mass >= 0.0):
+        return ""
+    written = link.element.find("inertial/mass")
+    return repr(None if written is None else written.get("value"))
+
+
 def _unreadable(link: Link) -> Finding | None:
     """Return what no body can have: a mass or inertia that is negative, missing or no number."""
-    where, mass = f"link {link.name!r}", link.mass
-    if mass is None:
+    where = f"link {link.name!r}"
+    if link.mass is None:
         return None
-    if not math.isfinite(mass) or mass < 0:
-        written = link.element.find("inertial/mass")
-        value = None if written is None else written.get("value")
-        return Finding(
-            "unreadable mass",
-            where,
-            f"mass {value!r} kg",
-            "must be a finite number, not negative",
-            REPAIR_MASS,
-        )
-    if not all(map(math.isfinite, link.com + link.inertia_rpy + link.moments)):
+    if written := impossible_mass(link):
+        rule = "must be a finite number, not negative"
+        return Finding("unreadable mass", where, f"mass {written} kg", rule, REPAIR_MASS)
+    if not _is_readable(link):
         return Finding(
             "unreadable inertial",
             where,
@@ -172,7 +173,7 @@ def _massless(measures: Measures, where: str, head: Link, mover: str) -> Finding
     links = [file.link_by_name[name] for name in ([] if root is None else tree_of(file, root))
              if name in file.link_by_name]  # fmt: skip
     known = any((link.mass or 0.0) > 0.0 or measures.body(link) for link in links)
-    repair = REPAIR_MASS if known else "write masses: nothing in the file tells of any"
+    repair = REPAIR_MASS if known else "write masses: the file gives no mass and no size"
     return Finding(kind, where, value, "its mass must be above 0", repair, repairable=known)
 
 
@@ -191,14 +192,8 @@ def _of_size(measures: Measures, link: Link, judged: bool) -> Iterator[Finding]:
             "suspicious",
         )
     if solid is not None and (link.mass or 0.0) > rules.DENSEST_LINK * solid.volume:
-        yield Finding(
-            "too dense",
-            where,
-            f"mass {link.mass:g} kg for {solid.volume * 1e3:.3g} litres",
-            f"at most ten times as dense as osmium ({rules.HEAVIEST:g} kg/m^3)",
-            "check its mass and shape: one link alone tells of no unit",
-            "suspicious",
-            repairable=False,
+        yield Finding.of(
+            "too dense", where, f"mass {link.mass:g} kg for {solid.volume * 1e3:.3g} litres"
         )
     if not judged and (text := broken(link)):
         yield Finding(
@@ -221,14 +216,7 @@ def _of_size(measures: Measures, link: Link, judged: bool) -> Iterator[Finding]:
             repairable=fits,
         )
     if text := off_centre(measures, link):
-        yield Finding(
-            "centre of mass outside",
-            where,
-            text,
-            "lies within the body",
-            "the centre of the link's solid",
-            "suspicious",
-        )
+        yield Finding.of("centre of mass outside", where, text)
 
 
 # Repairs of inertias: units, impossible ones, and those that do not fit their link.
@@ -316,7 +304,6 @@ def _replace(draft: Draft, measures: Measures, link: Link, why: str) -> None:
 
 
 def _moments(link: Link) -> str:
-    """Return the principal moments as text."""
     return ", ".join(f"{value:.3g}" for value in principal_moments(inertia_matrix(link)))
 
 

@@ -6,7 +6,7 @@ import math
 import xml.etree.ElementTree as ET
 from collections.abc import Container, Iterator
 
-from hexapod_pin.robot.description.urdf_file import JOINT_TYPES, LARGEST_LENGTH, Joint, attribute
+from hexapod_pin.robot.description.urdf_file import JOINT_TYPES, Joint, attribute
 from hexapod_pin.robot.repair import rules
 from hexapod_pin.robot.repair.finding import Draft, Finding
 from hexapod_pin.robot.repair.measures import Measures
@@ -14,7 +14,7 @@ from hexapod_pin.robot.repair.measures import Measures
 AXIS_NORM_TOLERANCE = 1e-6
 """An axis shorter than this is zero; one off unit length by more is normalised with a note."""
 
-KEPT_NAMES = ("root_joint", "universe")
+RESERVED_NAMES = ("root_joint", "universe")
 """Names of the floating base's joint and of the ground in Pinocchio's models."""
 
 JOINT_TYPE_REMEDY = {
@@ -22,7 +22,7 @@ JOINT_TYPE_REMEDY = {
     "planar": "not simulated; use revolute or fixed joints",
     "floating": "only the base floats, without a joint in the file; remove it or make it fixed",
 }
-"""Types that are not simulated. One that is not listed needs limits and gets no finding."""
+"""Remedies for the types that are not simulated."""
 
 ALONE = "make it revolute or fixed: one joint alone is a wheel"
 """Way out of an endless joint that is in no leg."""
@@ -66,32 +66,17 @@ def joint_findings(measures: Measures) -> list[Finding]:
 
 def joints_of_legs(measures: Measures) -> set[str]:
     """Return the names of the joints in chains of several that stay moved: others are wheels."""
-    kept = [[j.name for j in chain if j.kind not in MADE_FIXED] for chain in measures.chains]
-    return {name for names in kept if len(names) >= FEWEST_JOINTS for name in names}
+    moved = [[j.name for j in chain if j.kind not in MADE_FIXED] for chain in measures.chains]
+    return {name for names in moved if len(names) >= FEWEST_JOINTS for name in names}
 
 
 def _of_joint(joint: Joint, legs: Container[str]) -> Iterator[Finding]:
     where = f"joint {joint.name!r}"
     if not all(map(math.isfinite, joint.xyz + joint.rpy)):
-        yield Finding(
-            "unreadable origin",
-            where,
-            f"origin {_written(joint)}",
-            f"xyz [m] and rpy [rad] are three numbers each, xyz at most {LARGEST_LENGTH:g} m",
-            "write the numbers",
-            repairable=False,
-        )
+        yield Finding.of("unreadable origin", where, f"origin {_written(joint)}")
     yield from _numbers(joint, where)
     if joint.kind not in JOINT_TYPES:
-        rule = f"known: {', '.join(JOINT_TYPES)}"
-        value = f"unknown type {joint.kind!r}"
-        yield Finding(
-            "unknown joint type",
-            where,
-            value,
-            rule,
-            "revolute where it has limits and an axis, else fixed",
-        )
+        yield Finding.of("unknown joint type", where, f"unknown type {joint.kind!r}")
         return
     if joint.moves:
         yield from _of_moved(joint, where, legs)
@@ -108,42 +93,23 @@ def _of_moved(joint: Joint, where: str, legs: Container[str]) -> Iterator[Findin
             ALONE if wheel else REPAIR_OF_TYPE[joint.kind],
             repairable=not wheel,
         )
-    if joint.name in KEPT_NAMES:
+    if joint.name in RESERVED_NAMES:
         yield Finding(
             "reserved name",
             where,
-            "this name is kept for the floating base or the ground",
+            "this name is reserved for the floating base or the ground",
             "another name",
             "renamed",
         )
     if joint.element.find("mimic") is not None:
-        yield Finding(
-            "coupled joint",
-            where,
-            "<mimic>",
-            "coupled joints are not simulated",
-            "the coupling is dropped: the joint moves by itself",
-        )
+        yield Finding.of("coupled joint", where, "<mimic>")
     norm, axis = math.hypot(*joint.axis), " ".join(f"{value:g}" for value in joint.axis)
     if joint.kind == "floating":
         return
     if not norm >= AXIS_NORM_TOLERANCE or not math.isfinite(norm):
-        yield Finding(
-            "zero axis",
-            where,
-            f"axis {axis} has length {norm:g}",
-            "must be a unit vector",
-            "the joint is made fixed",
-        )
+        yield Finding.of("zero axis", where, f"axis {axis} has length {norm:g}")
     elif abs(norm - 1) > AXIS_NORM_TOLERANCE:
-        yield Finding(
-            "axis not of unit length",
-            where,
-            f"axis {axis}",
-            "made a unit vector",
-            "made a unit vector",
-            "suspicious",
-        )
+        yield Finding.of("axis not of unit length", where, f"axis {axis}")
 
 
 def _numbers(joint: Joint, where: str) -> Iterator[Finding]:
@@ -158,12 +124,8 @@ def _numbers(joint: Joint, where: str) -> Iterator[Finding]:
         )
     for element in unreadable_elements(joint):
         attributes = ", ".join(f"{name} {value!r}" for name, value in element.attrib.items())
-        yield Finding(
-            "unreadable element",
-            where,
-            f"<{element.tag}> with {attributes or 'no attribute'}",
-            "parsers refuse missing and non-finite numbers, of fixed joints too",
-            "the element is dropped",
+        yield Finding.of(
+            "unreadable element", where, f"<{element.tag}> with {attributes or 'no attribute'}"
         )
 
 
@@ -228,8 +190,6 @@ def _repair_type(draft: Draft, joint: Joint) -> None:
 
 def _repair_continuous(draft: Draft) -> None:
     """Make continuous joints of legs revolute; their range is assumed with other limits."""
-    if "continuous" not in JOINT_TYPE_REMEDY:
-        return
     legs = joints_of_legs(draft.measures)
     for joint in draft.file.joints:
         if joint.kind == "continuous" and joint.name in legs:

@@ -8,16 +8,16 @@ from collections.abc import Iterator
 
 from hexapod_pin.robot.description.urdf_file import Joint
 from hexapod_pin.robot.repair import rules
-from hexapod_pin.robot.repair.finding import Draft, Finding, Severity
-from hexapod_pin.robot.repair.joints import JOINT_TYPE_REMEDY
+from hexapod_pin.robot.repair.finding import Draft, Finding
 from hexapod_pin.robot.repair.measures import Measures
+from hexapod_pin.robot.repair.rules import Severity
 
 REPAIR_RANGE = {
     "revolute": f"assumed: {-rules.JOINT_RANGE:g} to {rules.JOINT_RANGE:g} rad",
     "prismatic": "assumed: 0 to 0 m, so that it is held",
 }
-GIVE_RANGE = "give the range of its travel: nothing tells of it"
-GIVE_EFFORT = "give effort: nothing tells of the length of the legs; --effort"
+GIVE_RANGE = "give the range of its travel: the file does not contain it"
+GIVE_EFFORT = "give effort: the length of the legs is not known; --effort"
 REPAIR_EFFORT = "assumed from weight and leg length; --effort"
 REPAIR_SPEED = f"assumed: {rules.SPEED:g} rad/s; --velocity"
 UNITS = {"revolute": ("rad", "N m", "rad/s"), "prismatic": ("m", "N", "m/s")}
@@ -31,7 +31,7 @@ def limit_findings(measures: Measures) -> list[Finding]:
 
 def limited(joint: Joint) -> bool:
     """Whether a joint is simulated and needs limits."""
-    return joint.kind in UNITS and joint.kind not in JOINT_TYPE_REMEDY
+    return joint.kind in UNITS
 
 
 def range_trouble(joint: Joint) -> tuple[str, str, bool] | None:
@@ -51,7 +51,7 @@ def range_trouble(joint: Joint) -> tuple[str, str, bool] | None:
 
 
 def is_held(joint: Joint) -> bool:
-    """Whether a sliding joint has a range of 0: it is held there, as nothing tells of another."""
+    """Whether a sliding joint has a range of 0: it is held there, as no other range is known."""
     return joint.kind == "prismatic" and joint.limit("lower", 0.0) == joint.limit("upper", 0.0)
 
 
@@ -113,9 +113,9 @@ def _of_joint(measures: Measures, joint: Joint) -> Iterator[Finding]:
         yield Finding(trouble[0], where, trouble[1], rule, repair, severity, repairable=not held)
     if bad := effort_trouble(measures, joint):
         value, rule = f"effort {joint.limit('effort'):g} {torque_unit}", _effort_rule(measures)
-        told = joint.kind == "prismatic" or measures.leg_length > 0.0
-        repair, severity = REPAIR_EFFORT if told else GIVE_EFFORT, _severity(bad[1])
-        yield Finding(bad[0], where, value, rule, repair, severity, repairable=told)
+        known = joint.kind == "prismatic" or measures.leg_length > 0.0
+        repair, severity = REPAIR_EFFORT if known else GIVE_EFFORT, _severity(bad[1])
+        yield Finding(bad[0], where, value, rule, repair, severity, repairable=known)
     if bad := velocity_trouble(joint):
         value = f"velocity {joint.limit('velocity'):g} {speed_unit}"
         low, high = rules.SPEEDS
@@ -188,16 +188,11 @@ def _repair_effort(draft: Draft, measures: Measures, joint: Joint, limit: ET.Ele
             f" of {measures.total_mass:.4g} kg at half a leg of {measures.leg_length:.3g} m"
         )
     elif effort_trouble(measures, joint):
-        new = two_weights(measures)
+        new = float(f"{2.0 * rules.GRAVITY * measures.total_mass:.2g}")
         assumed = f"force limit {new:g} N: twice the weight"
     else:
         return
     _set(draft, joint, limit, "effort", before, new, unit, assumed)
-
-
-def two_weights(measures: Measures) -> float:
-    """Return twice the robot's weight [N], the force limit of a sliding joint without one."""
-    return float(f"{2.0 * rules.GRAVITY * measures.total_mass:.2g}")
 
 
 def _repair_velocity(draft: Draft, joint: Joint, limit: ET.Element) -> None:

@@ -14,7 +14,7 @@ from hexapod_pin.robot.description.solids import bodies
 from hexapod_pin.robot.description.urdf_file import Link
 from hexapod_pin.robot.repair import rules
 from hexapod_pin.robot.repair.finding import Draft, Finding, scaled
-from hexapod_pin.robot.repair.inertias import dummy, write_inertial
+from hexapod_pin.robot.repair.inertias import dummy, impossible_mass, write_inertial
 from hexapod_pin.robot.repair.measures import Measures, Solid
 from hexapod_pin.robot.repair.units import (
     UnitSlip,
@@ -51,20 +51,14 @@ def repair_masses(draft: Draft) -> None:
             mass.set("value", scaled(mass.get("value") or "", -3))
         text = f"all masses multiplied by {slip.factor:g}: {slip.value}"
         draft.change("robot", text, f"masses were in {slip.unit}")
-    _drop_unreadable(draft)
+    for link in draft.file.links:
+        if written := impossible_mass(link):
+            _drop_inertial(draft, link, f"its mass {written} is none")
     _drop_dummies(draft)
     if draft.options.density is None and draft.options.mass is None:
         _give_masses_of_like_parts(draft)
     _give_masses(draft)
     _reach_total(draft)
-
-
-def _drop_unreadable(draft: Draft) -> None:
-    for link in draft.file.links:
-        if link.mass is not None and not (math.isfinite(link.mass) and link.mass >= 0.0):
-            written = link.element.find("inertial/mass")
-            value = None if written is None else written.get("value")
-            _drop_inertial(draft, link, f"its mass {value!r} is none")
 
 
 def _drop_dummies(draft: Draft) -> None:
@@ -158,7 +152,7 @@ def _without_mass(measures: Measures) -> tuple[list[tuple[Link, Solid]], list[Li
 def _shares(
     draft: Draft, measures: Measures, drawn: list[tuple[Link, Solid]], bare: list[Link]
 ) -> Shares:
-    """Return density and small mass so that the total is as asked, where it is."""
+    """Return density and small mass; they give the requested total, if any."""
     volume = math.fsum(body.volume for _, body in drawn)
     density, total = draft.options.density or rules.DENSITY, draft.options.mass
     small = rules.SMALL_SHARE * len(bare)
@@ -174,14 +168,14 @@ def _shares(
 
 
 def _reach_total(draft: Draft) -> None:
-    """Scale masses and inertias where a total is asked for that they do not have."""
-    total, asked = draft.measures.total_mass, draft.options.mass
-    if asked is None or total <= 0.0 or math.isclose(total, asked, rel_tol=1e-6):
+    """Scale masses and inertias to the total that the user gives."""
+    total, given = draft.measures.total_mass, draft.options.mass
+    if given is None or total <= 0.0 or math.isclose(total, given, rel_tol=1e-6):
         return
     for inertial in draft.root.findall("link/inertial"):
         for element in [*inertial.findall("mass"), *inertial.findall("inertia")]:
-            _scale(element, asked / total)
-    text = f"all masses and inertias multiplied by {asked / total:.6g}: {total:.6g} -> {asked:g} kg"
+            _scale(element, given / total)
+    text = f"all masses and inertias multiplied by {given / total:.6g}: {total:.6g} -> {given:g} kg"
     draft.change("robot", text)
 
 
@@ -195,8 +189,8 @@ def _scale(element: ET.Element, factor: float) -> None:
 
 # What is absurd about a robot as a whole: its mass, its size, the units of its numbers.
 
-SCALE_FIRST = "scale the lengths first: nothing tells what fits a robot of such a size"
-"""Way out for what needs a robot of a possible size to be repaired."""
+SCALE_FIRST = "scale the lengths first: no rule holds for a robot of such a size"
+"""Remedy for faults that are repaired only in a robot of a possible size."""
 
 
 def whole_findings(measures: Measures) -> list[Finding]:
@@ -229,17 +223,8 @@ def _slip(slip: UnitSlip, sized: bool) -> Finding:
 
 
 def _size(measures: Measures) -> Iterator[Finding]:
-    span, (low, high) = measures.span, rules.SPAN
-    if span > 0.0 and not low <= span <= high:
-        yield Finding(
-            "absurd size",
-            "robot",
-            f"joints span {span:.3g} m",
-            f"{low:g} to {high:g} m is plausible",
-            "no unit explains it; scale the lengths",
-            "suspicious",
-            repairable=False,
-        )
+    if not measures.plausible_size:
+        yield Finding.of("absurd size", "robot", f"joints span {measures.span:.3g} m")
 
 
 def _mass(measures: Measures) -> Iterator[Finding]:
@@ -268,7 +253,7 @@ def grams(mass: float) -> str:
     return f"{mass * 1e3:.3g} g" if mass < 0.01 else f"{mass:.4g} kg"
 
 
-# Masses of parts that are alike: the same link of the other legs tells what one weighs.
+# Masses of parts that are alike, from the same link of other legs.
 
 FEWEST_ALIKE = 2
 """Parts with a mass from which that of another is taken; and they are at least half of all."""

@@ -44,7 +44,7 @@ FOOT_DISTANCE = 0.5
 
 
 class Measures:
-    """What a file says of sizes, with every joint at zero; whatever it says twice or wrongly."""
+    """Sizes of a robot from its file, with every joint at zero; the file may have any fault."""
 
     def __init__(self, file: UrdfFile, solids: LinkSolids) -> None:
         """Keep the file and its solids."""
@@ -226,7 +226,7 @@ class MeshFinder(Protocol):
         ...
 
     def why(self, uri: str) -> str:
-        """Return what was tried, and the way out."""
+        """Return what was tried, and a remedy."""
         ...
 
 

@@ -83,7 +83,7 @@ class Repaired:
 def repair_urdf(
     file: UrdfFile, finder: MeshFinder | None = None, options: RepairOptions | None = None
 ) -> Repaired:
-    """Repair what can be repaired; `find_all` on the result tells what could not.
+    """Repair what can be repaired; `find_all` on the result gives the rest.
 
     Args:
         file: as read.

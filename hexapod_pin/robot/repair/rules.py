@@ -1,8 +1,14 @@
-"""The numbers by which a URDF is judged and repaired, each with its reason."""
+"""The numbers and rules by which a URDF is judged and repaired, each with its reason."""
 
 from __future__ import annotations
 
 import math
+from typing import Literal, NamedTuple
+
+from hexapod_pin.file_schema import LONGEST_NAME
+from hexapod_pin.robot.description.urdf_file import JOINT_TYPES, LARGEST_LENGTH
+
+Severity = Literal["refused", "suspicious"]
 
 DENSITY = 430.0
 """Mass over volume of the links' convex hulls [kg/m^3], *assumed* where no mass is known.
@@ -14,7 +20,7 @@ LIGHTEST, HEAVIEST = 1.2, 22_600.0
 """Densities between which a link is a body [kg/m^3]: air at 20 degrees C, osmium."""
 
 DENSEST_LINK = 10.0 * HEAVIEST
-"""One link alone may be drawn ten times too small before that is said [kg/m^3]."""
+"""One link alone may be drawn ten times too small before that is reported [kg/m^3]."""
 
 MASS_PER_SPAN = (0.2, 600.0)
 """Total mass over the cube of the span of the joints [kg/m^3]; walking robots have 2 to 50."""
@@ -76,3 +82,108 @@ FLATNESS = 1e-6
 
 GRAVITY = 9.81
 """[m/s^2]"""
+
+MAX_MOVED_JOINTS = 300
+"""Larger models are refused: the mass matrix and its workspace grow with the square."""
+
+
+class Rule(NamedTuple):
+    """What is allowed, what the repair does, and the other fields of a `Finding`."""
+
+    rule: str
+    repair: str
+    severity: Severity = "refused"
+    repairable: bool = True
+
+
+RULES = {
+    "no link": Rule("a robot needs at least one", "give the whole file", repairable=False),
+    "too many joints": Rule(
+        f"at most {MAX_MOVED_JOINTS} are simulated",
+        "make joints that do not matter fixed",
+        repairable=False,
+    ),
+    "text before XML": Rule(
+        "an XML declaration stands first; other parsers refuse this", "dropped", "suspicious"
+    ),
+    "unbound prefix": Rule(
+        "prefixes are declared by xmlns; other parsers refuse this", "declared", "suspicious"
+    ),
+    "loop": Rule(
+        "the links must form a tree", "remove the joint that closes the loop", repairable=False
+    ),
+    "fixed to the world": Rule(
+        "a walking robot's trunk is free: here it floats, elsewhere it does not",
+        "link and joint are dropped",
+        "suspicious",
+    ),
+    "name that cannot be printed": Rule(
+        f"at most {LONGEST_NAME}, without control and direction characters",
+        "name it otherwise",
+        repairable=False,
+    ),
+    "duplicate name": Rule(
+        "names must be unique", "identical copies dropped, others numbered, joints follow"
+    ),
+    "unreadable origin": Rule(
+        f"xyz [m] and rpy [rad] are three numbers each, xyz at most {LARGEST_LENGTH:g} m",
+        "write the numbers",
+        repairable=False,
+    ),
+    "unknown joint type": Rule(
+        f"known: {', '.join(JOINT_TYPES)}", "revolute where it has limits and an axis, else fixed"
+    ),
+    "coupled joint": Rule(
+        "coupled joints are not simulated", "the coupling is dropped: the joint moves by itself"
+    ),
+    "zero axis": Rule("must be a unit vector", "the joint is made fixed"),
+    "unreadable element": Rule(
+        "parsers refuse missing and non-finite numbers, of fixed joints too",
+        "the element is dropped",
+    ),
+    "axis not of unit length": Rule("made a unit vector", "made a unit vector", "suspicious"),
+    "too dense": Rule(
+        f"at most ten times as dense as osmium ({HEAVIEST:g} kg/m^3)",
+        "check its mass and shape: one link alone does not show a unit",
+        "suspicious",
+        repairable=False,
+    ),
+    "centre of mass outside": Rule(
+        "lies within the body", "the centre of the link's solid", "suspicious"
+    ),
+    "mesh scale": Rule("three numbers other than 0", "scale 1 1 1", "suspicious"),
+    "mesh not found": Rule(
+        "a file that can be found",
+        "give its package's folder by package_path=[...]",
+        "suspicious",
+        repairable=False,
+    ),
+    "material defined twice": Rule(
+        "once; other parsers refuse this", "the others are dropped", "suspicious"
+    ),
+    "mesh without volume": Rule(
+        "a mesh of a solid in STL, DAE or OBJ",
+        "export it as a closed solid; the link counts as having no shape",
+        "suspicious",
+        repairable=False,
+    ),
+    "unreadable colour": Rule("four numbers from 0 to 1", "the colour is dropped", "suspicious"),
+    "unreadable shape": Rule(
+        "a geometry of a size above 0, at a place of three numbers, both at most"
+        f" {LARGEST_LENGTH:g} m",
+        "the shape is dropped",
+        "suspicious",
+    ),
+    "colour out of range": Rule(
+        "four numbers from 0 to 1",
+        "divided by 255 where one is above 1, else limited",
+        "suspicious",
+    ),
+    "absurd size": Rule(
+        f"{SPAN[0]:g} to {SPAN[1]:g} m is plausible",
+        "no unit explains it; scale the lengths",
+        "suspicious",
+        repairable=False,
+    ),
+}
+"""Rules by kind of fault; other kinds depend on the file."""

@@ -8,13 +8,11 @@ from bisect import bisect
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 
-from hexapod_pin.file_schema import LONGEST_NAME, is_name
+from hexapod_pin.file_schema import is_name
 from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile
 from hexapod_pin.robot.repair.finding import Draft, Finding
-from hexapod_pin.robot.repair.joints import KEPT_NAMES
-
-MAX_MOVED_JOINTS = 300
-"""Larger models are refused: the mass matrix and its workspace grow with the square."""
+from hexapod_pin.robot.repair.joints import RESERVED_NAMES
+from hexapod_pin.robot.repair.rules import MAX_MOVED_JOINTS
 
 LONGEST_SHOWN = 40
 """Characters that a finding shows of a name."""
@@ -26,44 +24,20 @@ WORLD = "world"
 def structure_findings(file: UrdfFile) -> list[Finding]:
     """Return every trouble of names and of the tree."""
     if not file.links:
-        rule = "a robot needs at least one"
-        way_out = "give the whole file"
-        return [Finding("no link", "robot", "no <link>", rule, way_out, repairable=False)]
-    found = [
-        *_text(file),
-        *_odd_names(file),
-        *_names(file),
-        *_ends(file),
-        *_parents(file),
-        *_roots(file),
-    ]
-    found += [*_loops(file), *_world(file)]
+        return [Finding.of("no link", "robot", "no <link>")]
+    checks = (_text, _odd_names, _names, _ends, _parents, _roots, _loops, _world)
+    found = [finding for check in checks for finding in check(file)]
     moved = sum(joint.moves for joint in file.joints)
     if moved > MAX_MOVED_JOINTS:
-        rule = f"at most {MAX_MOVED_JOINTS} are simulated"
-        found.append(
-            Finding(
-                "too many joints",
-                "robot",
-                f"{moved} moved joints",
-                rule,
-                "make joints that do not matter fixed",
-                repairable=False,
-            )
-        )
+        found.append(Finding.of("too many joints", "robot", f"{moved} moved joints"))
     return found
 
 
 def _text(file: UrdfFile) -> Iterator[Finding]:
     for text in file.repairs:
-        rule = "an XML declaration stands first; other parsers refuse this"
-        yield Finding("text before XML", "file", text, rule, "dropped", "suspicious")
-
+        yield Finding.of("text before XML", "file", text)
     for prefix in unbound_prefixes(file):
-        rule = "prefixes are declared by xmlns; other parsers refuse this"
-        yield Finding(
-            "unbound prefix", "file", f"prefix {prefix!r}", rule, "declared", "suspicious"
-        )
+        yield Finding.of("unbound prefix", "file", f"prefix {prefix!r}")
 
 
 def unbound_prefixes(file: UrdfFile) -> list[str]:
@@ -88,13 +62,10 @@ def _odd_names(file: UrdfFile) -> Iterator[Finding]:
     ):
         for name in dict.fromkeys(names):
             if name and not is_name(name):
-                yield Finding(
+                yield Finding.of(
                     "name that cannot be printed",
                     f"{kind} {name[:LONGEST_SHOWN]!r}",
                     f"{len(name)} characters",
-                    f"at most {LONGEST_NAME}, without control and direction characters",
-                    "name it otherwise",
-                    repairable=False,
                 )
 
 
@@ -108,7 +79,7 @@ def _names(file: UrdfFile) -> Iterator[Finding]:
                 yield Finding(
                     "reserved name",
                     f"link {name!r}",
-                    "this name is kept for the ground",
+                    "this name is reserved for the ground",
                     "another name",
                     "name it otherwise, in its joints too",
                     repairable=False,
@@ -122,13 +93,7 @@ def _names(file: UrdfFile) -> Iterator[Finding]:
                     f"named {kind}_1, {kind}_2, ...",
                 )
             elif count > 1:
-                yield Finding(
-                    "duplicate name",
-                    f"{kind} {name!r}",
-                    f"{count} of that name",
-                    "names must be unique",
-                    "identical copies dropped, others numbered, joints follow",
-                )
+                yield Finding.of("duplicate name", f"{kind} {name!r}", f"{count} of that name")
 
 
 def _ends(file: UrdfFile) -> Iterator[Finding]:
@@ -162,13 +127,13 @@ def _parents(file: UrdfFile) -> Iterator[Finding]:
         if len(joints) > 1 and link in file.link_by_name:
             names = ", ".join(repr(joint.name) for joint in joints)
             on_tree = all(x.parent in reached or leads_nowhere(file, x) for x in joints)
-            kept = "the first joint from the root is kept, the others are dropped"
+            repair = "all joints but the first one from the root are dropped"
             yield Finding(
                 "two parents",
                 f"link {link!r}",
                 f"child of {len(joints)} joints ({names})",
                 "the links must form a tree",
-                kept if on_tree else "remove the joint that closes the loop",
+                repair if on_tree else "remove the joint that closes the loop",
                 repairable=on_tree,
             )
 
@@ -211,38 +176,29 @@ def trunk_root(file: UrdfFile) -> str | None:
 
 
 def _loops(file: UrdfFile) -> Iterator[Finding]:
-    reached, queue = set(file.roots), list(file.roots)
-    for name in queue:
-        for joint in file.joints_below.get(name, ()):
-            if joint.child in file.link_by_name and joint.child not in reached:
-                reached.add(joint.child)
-                queue.append(joint.child)
+    reached = {name for root in file.roots for name in tree_of(file, root)}
     lost = [name for name in file.link_by_name if name not in reached]
     if lost:
-        yield Finding(
-            "loop",
-            f"links {', '.join(map(repr, lost))}",
-            "on a loop of joints",
-            "the links must form a tree",
-            "remove the joint that closes the loop",
-            repairable=False,
-        )
+        yield Finding.of("loop", f"links {', '.join(map(repr, lost))}", "on a loop of joints")
 
 
 def _world(file: UrdfFile) -> Iterator[Finding]:
-    if len(file.roots) != 1 or file.base != WORLD:
-        return
-    link, joints = file.link_by_name[WORLD], file.joints_below[WORLD]
+    joint = _above_trunk(file)
+    if joint is not None and not joint.moves:
+        value = f"joint {joint.name!r} bolts {joint.child!r} to it"
+        yield Finding.of("fixed to the world", f"link {WORLD!r}", value)
+
+
+def _above_trunk(file: UrdfFile) -> Joint | None:
+    """Return the joint below an empty root link that floats, or bolts the robot to the world."""
+    if len(file.roots) != 1:
+        return None
+    link, joints = file.link_by_name[file.base], file.joints_below[file.base]
     bare = link.mass is None and not any(link.element.find(x) is not None for x in SHAPES)
-    if bare and len(joints) == 1 and not joints[0].moves:
-        yield Finding(
-            "fixed to the world",
-            f"link {WORLD!r}",
-            f"joint {joints[0].name!r} bolts {joints[0].child!r} to it",
-            "a walking robot's trunk is free: here it floats, elsewhere it does not",
-            "link and joint are dropped",
-            "suspicious",
-        )
+    if not bare or len(joints) != 1:
+        return None
+    bolted = link.name == WORLD and not joints[0].moves
+    return joints[0] if bolted or joints[0].kind in ("floating", "planar") else None
 
 
 GROUND = "universe"
@@ -304,8 +260,8 @@ def _from_roots(file: UrdfFile) -> list[Joint]:
 def _keep_one_root(draft: Draft) -> None:
     """Drop trees without moved joints beside the one with most, then most links."""
     file = draft.file
-    kept = trunk_root(file)
-    trees = [tree_of(file, root) for root in file.roots if root != kept]
+    trunk = trunk_root(file)
+    trees = [tree_of(file, root) for root in file.roots if root != trunk]
     gone = {name for tree in trees if not moved_joints(file, tree) for name in tree}
     lost = [link for link in file.links if link.name in gone]
     draft.drop(j.element for j in file.joints if j.parent in gone)
@@ -317,19 +273,10 @@ def _keep_one_root(draft: Draft) -> None:
 
 def _drop_above_trunk(draft: Draft) -> None:
     """Drop empty root links with one joint that floats, or that bolts the robot to the world."""
-    while True:
-        file = draft.file
-        if len(file.roots) != 1:
-            return
-        link, joints = file.link_by_name[file.base], file.joints_below[file.base]
-        bare = link.mass is None and not any(link.element.find(x) is not None for x in SHAPES)
-        free = len(joints) == 1 and joints[0].kind in ("floating", "planar")
-        bolted = len(joints) == 1 and link.name == WORLD and not joints[0].moves
-        if not (bare and (free or bolted)):
-            return
-        draft.drop([link.element, joints[0].element])
-        text = f"dropped with joint {joints[0].name!r}: {joints[0].child!r} floats by itself"
-        draft.change(f"link {link.name!r}", text)
+    while (joint := _above_trunk(draft.file)) is not None:
+        draft.drop([draft.file.link_by_name[joint.parent].element, joint.element])
+        text = f"dropped with joint {joint.name!r}: {joint.child!r} floats by itself"
+        draft.change(f"link {joint.parent!r}", text)
 
 
 # Repairs of names: every link and joint gets its own, and joints follow their links.
@@ -372,7 +319,7 @@ def _separate_joints(draft: Draft) -> None:
     names: dict[str, Iterator[str]] = {}
     for element in draft.root.findall("joint"):
         name = element.get("name") or ""
-        if name in seen or name in KEPT_NAMES:
+        if name in seen or name in RESERVED_NAMES:
             if name not in names:
                 names[name] = _free_names(draft, "joint", name, 2)
             new = next(names[name])

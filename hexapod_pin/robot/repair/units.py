@@ -61,8 +61,9 @@ def length_slips(measures: Measures) -> list[UnitSlip]:
     span, slips = measures.span, []
     if not 0.0 < span <= rules.SPAN[1]:
         return []
+    centres = (math.hypot(*finite(link.com)) for link in measures.file.links)
     for kind, what, values in (
-        ("inertials", "a centre of mass lies {:.3g} m from its link", _centres(measures)),
+        ("inertials", "a centre of mass lies {:.3g} m from its link", centres),
         ("shapes", "a shape is {:.3g} m large", _shape_lengths(measures)),
     ):
         largest = max(values, default=0.0)
@@ -133,7 +134,7 @@ def readable(link: Link) -> bool:
 
 
 def _decades(measures: Measures, link: Link) -> float | None:
-    """Return log10 of a link's inertia over that of a body of its mass and size."""
+    """Return log10 of a link's inertia over that of a body of its mass and size, if known."""
     solid = measures.solid(link)
     extent = solid.extent if solid is not None else measures.reach(link)
     if extent <= 0.0 or not readable(link) or gyration(link) <= 0.0:
@@ -142,13 +143,9 @@ def _decades(measures: Measures, link: Link) -> float | None:
 
 
 def _same_everywhere(measures: Measures) -> bool:
-    """Whether several links share one mass and one inertia: dummies say nothing of units."""
+    """Whether several links share one mass and one inertia: such dummies do not show a unit."""
     values = [(link.mass, *link.moments) for link in measures.file.links if readable(link)]
     return len(values) > 2 and len(set(values)) <= 2
-
-
-def _centres(measures: Measures) -> list[float]:
-    return [math.hypot(*finite(link.com)) for link in measures.file.links]
 
 
 def _shape_lengths(measures: Measures) -> Iterable[float]:
@@ -176,12 +173,12 @@ def repair_lengths(draft: Draft) -> None:
     if slip is not None:
         for joint in draft.root.findall("joint"):
             _scale_origin(joint)
-        _say(draft, slip, "origins of all joints")
+        _report(draft, slip, "origins of all joints")
     for slip in length_slips(draft.measures):
         for link in draft.root.findall("link"):
             (_scale_inertial if slip.kind == "inertials" else _scale_shapes)(link)
         what = "centres of mass" if slip.kind == "inertials" else "sizes and origins of all shapes"
-        _say(draft, slip, what)
+        _report(draft, slip, what)
     _repair_meshes(draft)
 
 
@@ -190,10 +187,10 @@ def _repair_meshes(draft: Draft) -> None:
         for mesh in list(draft.root.iter("mesh")):
             if (mesh.get("scale") or "") == written:
                 mesh.set("scale", scaled(written or "1 1 1", MILLI))
-        _say(draft, slip, f"meshes of scale {written or '1 1 1'}")
+        _report(draft, slip, f"meshes of scale {written or '1 1 1'}")
 
 
-def _say(draft: Draft, slip: UnitSlip, what: str) -> None:
+def _report(draft: Draft, slip: UnitSlip, what: str) -> None:
     text = f"{what} multiplied by {slip.factor:g}: {slip.value}"
     draft.change("robot", text, f"{what} were in {slip.unit}")
 
