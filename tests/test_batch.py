@@ -129,7 +129,7 @@ def test_what_cannot_be_planned_is_a_result_too() -> None:
 
 
 def test_results_come_as_they_finish_and_may_be_left() -> None:
-    cases = [walk(0.02, duration=600.0), *(walk(0.02 + 1e-3 * k) for k in range(4))]
+    cases = [walk(0.02, duration=240.0), *(walk(0.02 + 1e-3 * k) for k in range(4))]
     done = hp.simulation.iterate_batch(cases, threads=2)
     first, _ = next(done)
     assert first != 0  # the long one does not hold up the others
@@ -165,7 +165,7 @@ def test_ctrl_c_in_a_case_with_feedback_is_no_result_of_it(keep: str, estimate: 
     control = hp.FootControl(hp.KinematicControl(gait))
     scene = hp.Scene(hp.load_robot("kharagpur"))
     case = hp.Case(scene, control, duration=600.0, accuracy=1e-4, estimate=estimate)
-    timer = threading.Timer(0.3, signal.raise_signal, (signal.SIGINT,))
+    timer = threading.Timer(0.1, signal.raise_signal, (signal.SIGINT,))
     timer.start()
     try:
         with refused(SimulationInterrupted, about=("0", "1"), results=[None]):
@@ -176,7 +176,7 @@ def test_ctrl_c_in_a_case_with_feedback_is_no_result_of_it(keep: str, estimate: 
 
 def test_ctrl_c_keeps_what_is_done(tmp_path: Path) -> None:
     """A real signal, after the third result; the rest is None, and the threads end."""
-    cases = [walk(0.02), walk(0.02), walk(0.02), walk(0.02, duration=600.0)]
+    cases = [walk(0.02), walk(0.02), walk(0.02), walk(0.02, duration=240.0)]
 
     def after_third(fraction: float) -> None:
         if fraction == 0.75:

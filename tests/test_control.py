@@ -160,10 +160,9 @@ def test_middle_legs_of_s2_swing_by_twenty_degrees(kharagpur: Robot) -> None:
 
 
 @pytest.mark.parametrize(
-    ("name", "gait"), [*(("kharagpur", gait) for gait in MAKERS), ("athena", "tripod")]
+    ("name", "gait"), [("kharagpur", "tripod"), ("kharagpur", "wave 5/6"), ("athena", "ripple")]
 )
 def test_stroke_too_long_names_the_leg_and_the_largest(name: str, gait: str) -> None:
-    """Every gait on one robot, and the other robot with one of them."""
     robot, make = load_robot(name), MAKERS[gait]
     with refused(GaitError, quantity="stroke", about=("leg lf", "lf_femur_joint")) as caught:
         KinematicControl(make(stroke=0.8)).plan(robot, 10.0)
@@ -171,7 +170,7 @@ def test_stroke_too_long_names_the_leg_and_the_largest(name: str, gait: str) -> 
     assert limit is not None and 0.1 < limit < 0.5
     assert f"{limit:.4g} m" in str(caught.value)
     KinematicControl(make(stroke=0.9999 * limit)).plan(robot, 10.0)
-    if gait == "tripod":  # a refusal looks for the largest anew, which takes long
+    if gait == "tripod":  # a refusal searches for the largest again, which takes long
         with pytest.raises(GaitError):
             KinematicControl(make(stroke=1.002 * limit)).plan(robot, 10.0)
 
@@ -224,7 +223,7 @@ def test_robot_with_legs_of_another_shape_walks_too(tmp_path: Path) -> None:
     path = tmp_path / "offset.urdf"
     path.write_text(urdf_path("kharagpur").read_text().replace(old, new))
     robot, gait = load_robot(path), Gait.ripple(stroke=0.1)
-    plan = KinematicControl(gait).plan(robot, 6.0)
+    plan = KinematicControl(gait).plan(robot, 3.0)
     p_BF = foot_path(robot, gait).positions(plan.time)
     for index, name in enumerate(LEG_ORDER):
         leg = LegKinematics.of(robot, name)

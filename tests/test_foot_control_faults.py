@@ -124,7 +124,7 @@ def test_feet_held_over_a_deep_groove_search_to_their_limit(name):
     assert offset[-1, [1, 4]] == pytest.approx([-0.03, -0.03], abs=2e-3)
     assert np.abs(offset[:, [0, 2, 3, 5]]).max() < 2e-3 and offset.min() > -0.032
     assert trace.q[-1, 2] == pytest.approx(trace.q[0, 2], abs=5e-3)
-    walked = hp.simulate(scene, full(), duration=6.0, sample=0.05)
+    walked = hp.simulate(scene, full(), duration=5.0, sample=0.05)
     assert walked.q[-1, 0] > 0.3 and np.abs(walked.q[-1, 3:5]).max() < 0.05
 
 

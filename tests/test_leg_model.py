@@ -154,8 +154,7 @@ def test_forces_estimated_in_a_walk_are_the_true_ones(name, source):
     assert np.median(error) < 2e-3 * weight and np.quantile(error, 0.95) < 0.02 * weight
 
 
-@every_robot
-@pytest.mark.parametrize("motor", [VISCOUS, WORN])
+@pytest.mark.parametrize(("name", "motor"), [("kharagpur", VISCOUS), ("athena", WORN)])
 def test_motor_currents_know_nothing_of_friction(name, motor):
     """Legs in the air: "torque" finds no force, "current" -J^-T (damping v + dry sign v).
 

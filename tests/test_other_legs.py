@@ -57,7 +57,9 @@ def test_feet_are_on_their_paths_and_held_joints_in_their_places(robot: hp.Robot
 
 def test_a_short_walk_keeps_its_speed_and_its_budget_lists_every_joint(robot: hp.Robot) -> None:
     gait = named_gait(robot, default_gait(robot), **STEP)
-    trace = hp.simulate(hp.Scene(robot, servo=SERVO), KinematicControl(gait), duration=4.0)
+    trace = hp.simulate(
+        hp.Scene(robot, servo=SERVO), KinematicControl(gait), duration=4.0, accuracy=1e-3
+    )
     half = len(trace.time) // 2
     speed = (trace.q[-1, 0] - trace.q[half, 0]) / (trace.time[-1] - trace.time[half])
     assert 0.8 * gait.speed < speed < 1.25 * gait.speed

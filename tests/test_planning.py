@@ -132,17 +132,17 @@ def test_legs_of_another_shape_walk_for_many_cycles(tmp_path: Path) -> None:
     path.write_text(urdf_path("kharagpur").read_text().replace(old, new))
     robot = load_robot(path)
     gait = Gait.tetrapod(stroke=0.06, cycle_time=1.5)
-    plan = KinematicControl(gait).plan(robot, 10.0)
-    _, q, v = directly(robot, gait, 10.0, None)
+    plan = KinematicControl(gait).plan(robot, 6.0)
+    _, q, v = directly(robot, gait, 6.0, None)
     np.testing.assert_allclose(plan.q, q, atol=1e-8)  # Newton's tolerance of 1e-9 m over 0.1 m
     np.testing.assert_allclose(plan.v, v, atol=1e-7)
 
 
-def test_an_hour_takes_little_more_memory_than_its_knots() -> None:
+def test_half_an_hour_takes_little_more_memory_than_its_knots() -> None:
     robot, control = load_robot("kharagpur"), KinematicControl(GAITS["tetrapod"])
     control.plan(robot, 10.0)
     peaks = []
-    for duration in (600.0, 3600.0):
+    for duration in (300.0, 1800.0):
         gc.collect()
         tracemalloc.start()
         plan = control.plan(robot, duration)
@@ -181,7 +181,7 @@ def test_a_gait_is_checked_once_for_a_robot(monkeypatch: pytest.MonkeyPatch) -> 
 
 def test_a_refusal_is_found_once_and_raised_each_time(monkeypatch: pytest.MonkeyPatch) -> None:
     checked = counted(monkeypatch)
-    robot, control = load_robot("kharagpur"), KinematicControl(Gait.tripod(stroke=0.8))
+    robot, control = load_robot("kharagpur"), KinematicControl(Gait.tripod(cycle_time=0.3))
     refusals = []
     for _ in range(2):
         with pytest.raises(GaitError) as caught:

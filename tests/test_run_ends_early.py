@@ -475,7 +475,7 @@ def test_a_session_goes_on_after_a_command_that_is_refused(value: Any) -> None:
 
 def test_ctrl_c_in_a_session_carries_what_was_done() -> None:
     session = hp.Session(SCENE)
-    timer = threading.Timer(0.3, signal.raise_signal, (signal.SIGINT,))
+    timer = threading.Timer(0.1, signal.raise_signal, (signal.SIGINT,))
     timer.start()
     try:
         with pytest.raises(SimulationInterrupted) as caught:

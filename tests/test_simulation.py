@@ -40,12 +40,15 @@ def steady(trace: hp.Trace) -> np.ndarray:
     )
 
 
-@pytest.mark.parametrize("contact", ["s1", "s2"])
 @pytest.mark.parametrize("gait", GAITS)
 @pytest.mark.parametrize("robot", STROKE)
-def test_every_robot_gait_and_contact_set_walks(robot: str, gait: str, contact: str) -> None:
-    """10 s at 1 ms: upright, at height, forward at the gait's speed, carrying its weight."""
-    trace = walk(robot, gait, contact)
+def test_every_robot_gait_and_contact_set_walks(robot: str, gait: str) -> None:
+    """10 s at 1 ms: upright, at height, forward at the gait's speed, carrying its weight.
+
+    Contact sets alternate: each meets every gait and both robots.
+    """
+    number = list(GAITS).index(gait) + list(STROKE).index(robot)
+    trace = walk(robot, gait, ("s1", "s2")[number % 2])
     height = trace.q[0, 2]
     assert np.abs(trace.q[:, 2] - height).max() < 0.05 * height
     tilt = 2.0 * np.hypot(trace.q[:, 3], trace.q[:, 4])

@@ -73,7 +73,7 @@ def test_steps_that_shrink_for_ever_end_with_cause_and_samples():
             accuracy=1e-5,
             initial=DROP,
             estimate=False,
-            limits=hp.simulation.WorkLimits(smallest_step=1e-11),
+            limits=hp.simulation.WorkLimits(smallest_step=1e-9),
         )
     error = caught.value
     assert error.limit == "smallest_step"
@@ -131,7 +131,7 @@ def test_a_run_goes_on_from_where_its_limit_ended_it(method: str):
 def test_a_batch_gives_each_case_its_own_end():
     cases = [hp.Case(stiff(), HOLD, DROP, duration=0.5, method="ndf", accuracy=1e-5),
              hp.Case(SCENE, HOLD, duration=0.1)]  # fmt: skip
-    limits = hp.simulation.WorkLimits(smallest_step=1e-11)
+    limits = hp.simulation.WorkLimits(smallest_step=1e-9)
     ended, whole = hp.simulate_batch(cases, threads=2, estimate=False, limits=limits)
     assert isinstance(ended, WorkLimitError) and ended.limit == "smallest_step"
     assert whole.time[-1] == pytest.approx(0.1)
