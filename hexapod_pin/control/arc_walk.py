@@ -15,6 +15,7 @@ import numpy as np
 from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.arc_path import BLEND_SHARE, ArcPath, StanceProfile, arc_senses
+from hexapod_pin.control.body_path import EVENT_SEPARATION_CYCLES
 from hexapod_pin.control.curves import Hermite, MotionFunction, Step, adams_step
 from hexapod_pin.control.feasibility import (
     CHECKED_CYCLES,
@@ -24,9 +25,8 @@ from hexapod_pin.control.feasibility import (
     Violation,
     posture_violation,
 )
-from hexapod_pin.control.foot_path import EVENT_SEPARATION_CYCLES
 from hexapod_pin.control.gait import Gait
-from hexapod_pin.control.gait_refusal import MAX_CYCLE_DOUBLINGS, TOUCHING, bisect
+from hexapod_pin.control.gait_refusal import TOUCHING, bisect, shortest_working_cycle
 from hexapod_pin.control.joint_motion import JointMotion
 from hexapod_pin.control.joint_trajectory import JointTrajectory, check_duration, whole_cycles
 from hexapod_pin.control.knot_table import MAX_KNOT_SPACING, knot_times
@@ -64,7 +64,7 @@ class ArcWalk:
         lift_angle: of the femora in swing [rad].
         profile: of the coxae in stance: "constant" rate, or one ADAMS "step" from end to end, with
             which legs that are not in step push against each other.
-        stop_at: time at which the robot stands still again [s]; None walks to the end.
+        stop_at: time at which the robot stands still again [s]; None: no stop.
 
     Raises:
         ParameterError: an angle or the profile is out of range, or the gait turns or goes sideways.
@@ -112,8 +112,8 @@ class ArcWalk:
         The knots of a shorter walk begin those of a longer one.
 
         Raises:
-            GaitError: joint ranges, joint rates, or legs in each other's way forbid it; `quantity`
-                and `limit` say what to change and how far.
+            GaitError: joint ranges, joint rates, or legs that touch forbid it; `quantity` and
+                `limit` are what to change and how far.
             ParameterError: the duration, or a stop too early for starting and stopping.
         """
         end, path = check_duration(duration), self.path(robot)
@@ -140,15 +140,13 @@ class ArcWalk:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the settings as TOML-able data."""
-        gait = self.gait.model_dump()
         settings: dict[str, Any] = {
             "kind": "arc", "amplitude": self.amplitude, "lift_angle": self.lift_angle,
             "profile": self.profile,
         }  # fmt: skip
         if self.stop_at is not None:
             settings["stop_at"] = self.stop_at
-        lists = {name: list(gait[name]) for name in ("phases", "leg_names") if name in gait}
-        return {**settings, "gait": {**gait, **lists}}
+        return {**settings, "gait": self.gait.to_dict()}
 
 
 # The refusal of a walk on arcs: what to change in the request, and how far.
@@ -160,7 +158,7 @@ NEGLIGIBLE_ANGLE = 1e-4
 """An amplitude or lift that tests the other one alone [rad]."""
 
 CHECKED_WALKS = 64
-"""How many walks are remembered as checked."""
+"""How many checked walks are cached."""
 
 
 @lru_cache(maxsize=CHECKED_WALKS)
@@ -186,7 +184,7 @@ def _find_refusal(
         def slower(period: float) -> bool:
             return violation(gait.with_changes(cycle_time=period), amplitude, lift_angle) is None
 
-        limit = _slowest(slower, gait.cycle_time)
+        limit = shortest_working_cycle(slower, gait.cycle_time)
         if limit is not None:
             text = f"{reason} With the rest unchanged, cycle_time must be at least {limit:.4g} s."
             return text, "cycle_time", limit
@@ -194,9 +192,9 @@ def _find_refusal(
         "amplitude": (lambda a: violation(gait, a, lift_angle) is None, amplitude),
         "lift_angle": (lambda lift: violation(gait, amplitude, lift) is None, lift_angle),
     }
-    for name, (works, asked) in trials.items():
-        if asked > NEGLIGIBLE_ANGLE and works(NEGLIGIBLE_ANGLE):
-            limit = bisect(works, good=NEGLIGIBLE_ANGLE, bad=asked)
+    for name, (works, angle) in trials.items():
+        if angle > NEGLIGIBLE_ANGLE and works(NEGLIGIBLE_ANGLE):
+            limit = bisect(works, good=NEGLIGIBLE_ANGLE, bad=angle)
             text = f"{reason} With the rest unchanged, {name} can be at most {limit:.4g} rad."
             return text, name, limit
     return f"{reason} No smaller amplitude or lift angle alone helps.", "posture", None
@@ -205,7 +203,7 @@ def _find_refusal(
 def refuse_impossible_arc(
     robot: Robot, gait: Gait, amplitude: float, lift_angle: float, profile: StanceProfile
 ) -> None:
-    """Check a whole walk on arcs, start to stop, before anything runs.
+    """Check a whole walk on arcs, start to stop, before the run.
 
     Args:
         robot: the robot.
@@ -222,16 +220,6 @@ def refuse_impossible_arc(
     found = _find_refusal(six, leg_bodies(robot), gait, amplitude, lift_angle, profile)
     if found is not None:
         raise GaitError(*found)
-
-
-def _slowest(works: Callable[[float], bool], period: float) -> float | None:
-    """Return the shortest cycle time with which a walk works [s]; None if none was found."""
-    longer = period
-    for _ in range(MAX_CYCLE_DOUBLINGS):
-        longer *= 2.0
-        if works(longer):
-            return bisect(works, good=longer, bad=0.5 * longer)
-    return None
 
 
 def _violation(
@@ -339,7 +327,7 @@ def paper_motion(
 
     Raises:
         ParameterError: stroke and amplitude both given, or a value out of range.
-        GaitError: joint ranges, joint rates, or legs in each other's way forbid it.
+        GaitError: joint ranges, joint rates, or legs that touch forbid it.
 
     Example:
         >>> motion = paper_motion(robot, Gait.tetrapod(cycle_time=3.0), stroke=0.12)

@@ -23,7 +23,7 @@ class MotionFunction(Spec):
     """A continuously differentiable function of time, with its exact derivatives.
 
     Values have the unit of what the function describes. Where the acceleration jumps it has two
-    values: `inside` tells which one is meant, by a time between this kink and the next.
+    values: `inside`, a time between this kink and the next or the last, selects one.
     """
 
     @abstractmethod

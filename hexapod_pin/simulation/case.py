@@ -40,7 +40,7 @@ class Case(CaseData):
     Attributes:
         scene: robot, ground, contact, servos, loads.
         controller: as of `simulate`.
-        initial: state at the start, or a checkpoint to go on from; None: standing.
+        initial: state at the start, or a checkpoint to continue from; None: standing.
         duration: simulated time [s]; None where `simulate_batch` gives one for all.
         accuracy: as of `simulate` [m and rad].
         torque_accuracy: as of `simulate` [N m, or a share of the peak such as "1 %"].
@@ -48,7 +48,7 @@ class Case(CaseData):
         method: as of `simulate`.
         step: as of `simulate` [s].
         sample: as of `simulate` [s].
-        record: as of `simulate`; kept as a tuple, None where everything is recorded.
+        record: as of `simulate`, stored as a tuple; None where everything is recorded.
         limits: as of `simulate`; no part of what the case means, and of no file.
 
     Raises:
@@ -154,15 +154,15 @@ def simulate(
         controller: gives the joint set-points: all of them before the run (`KinematicControl`,
             `HoldPosture`), or at its ticks from what it measures (a `FeedbackController`).
         duration: simulated time [s]; 0 returns the initial sample.
-        accuracy: error in positions to keep at the sampled times [m and rad]; default 1e-4. The
-            case is run at two resolutions or more until its estimated error is within it; where
-            that cannot be, `trace.accuracy_kept` is False and `trace.predictable_until` says from
-            what time on.
-        torque_accuracy: instead of it, or beside it: error in torques to keep at the sampled times
-            [N m], or as a share of the largest torque, such as "1 %".
-        estimate: False: a single run, whose steps keep the accuracy; what their errors grow to is
-            not known. None: True, but for a `FeedbackController`. Where True, it is asked anew in
-            every run, and must be as pure as it says.
+        accuracy: largest error in positions at the sampled times [m and rad]; default 1e-4. The
+            case is run at two resolutions or more until its estimated error is within the accuracy;
+            where that is impossible, `trace.accuracy_kept` is False and `trace.predictable_until`
+            is the last time within it.
+        torque_accuracy: largest error in torques at the sampled times [N m], or as a share of the
+            largest torque, such as "1 %"; instead of `accuracy`, or in addition.
+        estimate: False: a single run, each of whose steps meets the accuracy; the error of the
+            whole run is unknown. None: True, except for a `FeedbackController`: with True it is
+            called in every run and must be pure.
         method: "extrapolated-euler" (adaptive, the default), "ndf" (1e-5 and tighter),
             "dop853" (explicit, for references); or with fixed steps "robust", "implicit-euler"
             (the default where a step is given), "rk4".
@@ -173,10 +173,10 @@ def simulate(
             place, force, gap, normal), "com", "energy"; "motion" (time, q, v) always is. Summary
             and torque budget need none of them.
         initial: state at t = 0; default standing at the controller's first set-point. Or a
-            `Checkpoint` (`trace.checkpoint`) to go on from, at its own time.
-        limits: what the run may use, of memory, steps, evaluations and wall time; None: the usual.
-        allow: True, without `limits`: whatever it needs.
-        progress: called with the finished fraction (0..1) now and then.
+            `Checkpoint` (`trace.checkpoint`) to continue from, at its own time.
+        limits: largest memory, steps, evaluations and wall time of the run; None: the defaults.
+        allow: True lifts all limits where `limits` is None.
+        progress: called with the finished fraction (0..1) from time to time.
 
     Returns:
         The trace, with the first sample at the start.
@@ -186,12 +186,11 @@ def simulate(
             that would need more than its limits.
         GaitError, ReachError: the controller cannot do this on this robot.
         StateError: `initial` does not fit the robot.
-        DivergenceError: the run left the finite world; `.trace` holds what was good.
-        WorkLimitError: it has reached a limit, such as steps that shrink for ever; `.trace` too.
-        SimulationInterrupted: Ctrl-C; `.trace` holds what was done, None while planning.
+        DivergenceError: the state is no longer finite; `.trace` holds the samples before.
+        WorkLimitError: the run reached a limit; `.trace` holds its samples.
+        SimulationInterrupted: Ctrl-C; `.trace` holds the samples so far, None while planning.
         UserCodeError: the controller or `progress` has raised.
-        HexapodError: any other ends a run too. After its first step `.trace` holds what was done,
-            by the run that was under way.
+        HexapodError: any other error of the run; `.trace` holds the samples after its first step.
     """
     case = Case(
         scene, controller, initial,
@@ -230,9 +229,9 @@ def _open_loop(run: NativeRun, progress: Callable[[float], None] | None) -> Trac
         run.advance(progress)
         return run.require_good()
 
-    def runner(settings: RunSettings, tell: Callable[[float], None] | None) -> NativeRun:
+    def runner(settings: RunSettings, report: Callable[[float], None] | None) -> NativeRun:
         other = run.with_settings(settings)
-        other.advance(tell)
+        other.advance(report)
         return other
 
     return ControlledRun(run.settings, runner, progress).outcome().trace()

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from hexapod_pin.native import FootControlLaw
 
 
-# Foot control made ready for one robot and scene: numbers for the native core.
+# Foot control prepared for one robot and scene: numbers for the native core.
 
 FIELDS = ("q", "v", "torque", "rotation", "angular_velocity", "acceleration", "foot_force")
 """Readings in the order in which the core checks them."""
@@ -91,7 +91,7 @@ class ReadyLaw:
         return feet, after
 
     def joint_angles(self, time: float, feet: Array) -> Array:
-        """Return joint angles (B, n) [rad]; a foot out of reach goes part of the way to its target.
+        """Return joint angles (B, n) [rad]; a foot out of reach stops between plan and target.
 
         Raises:
             ReachError: of a leg that cannot even reach its planned place.
@@ -158,13 +158,13 @@ def ready_law(control: FootControl, scene: Any, *, refuse: bool = True) -> Ready
     )
 
 
-# S1's foot control as a controller that takes part in a run.
+# S1's foot control as a closed-loop controller.
 
 MOST_RUNS = 1_000_000
-"""Most runs in lock-step."""
+"""Largest number of runs in lock-step."""
 
 KEPT_SCENES = 64
-"""For how many scenes a controller stays ready."""
+"""For how many scenes a controller caches its law."""
 
 PARTS = {
     "slip": SlipPid, "suspension": VirtualSuspension, "touch_down": TouchDown,
@@ -177,13 +177,13 @@ NUMBERS = {
     "period": "finite and above 0 s",
     "delay": "finite and not negative [s]",
 }
-"""Its other settings, and what they may be."""
+"""Its other settings, and their allowed ranges."""
 
 
 @checked
 @dataclass(frozen=True, eq=False)
 class FootControl(Immutable):
-    """Walk a plan whose feet are moved by what they feel; inverse kinematics at every tick [S1].
+    """Walk a plan whose feet react to their forces; inverse kinematics at every tick [S1].
 
     Each part can be left out; without any this is kinematic control at ticks.
 
@@ -193,8 +193,8 @@ class FootControl(Immutable):
         suspension: legs yield to their loads.
         touch_down: feet stop at the ground, search for it, and rise over what stops them.
         levelling: keeps the trunk level.
-        force: what the robot takes for the forces on its feet.
-        sensors: through which it reads; None: ideal ones.
+        force: how the robot obtains the forces on its feet.
+        sensors: its sensors; None: ideal ones.
         load_time: in which a foot takes up its share of the weight about its touch-down, and gives
             it back about its lift-off [s]. The default is *assumed*.
         period: time between ticks [s].
@@ -254,7 +254,7 @@ class FootControl(Immutable):
         return first_posture(scene.robot, self.walk)
 
     def start_key(self, scene: Any) -> str:
-        """Return what gains follow from: scenes with equal ones can be run in lock-step."""
+        """Return a key of all that gains depend on: scenes of equal keys can run in lock-step."""
         _require_scene("FootControl.start_key", scene)
         robot, drive = scene.robot, scene.servos.model_dump_json() + scene.contact.model_dump_json()
         return digest(f"{robot.digest} {robot.posture} {robot.feet} {scene.gravity} {drive}")
@@ -305,10 +305,10 @@ class FootControl(Immutable):
 
 
 def _require_scene(call: str, scene: Any) -> None:
-    """Refuse what is no scene; this layer knows none by its type.
+    """Refuse an object that is no scene; this layer does not import the type.
 
     Raises:
-        ParameterError: it has not what a `Scene` has.
+        ParameterError: it lacks an attribute of a `Scene`.
     """
     if not all(hasattr(scene, name) for name in ("robot", "servos", "contact", "gravity")):
         raise ParameterError(f"{call}.scene", type(scene).__name__, "a Scene")
@@ -334,8 +334,7 @@ CONVENTIONAL = "conventional"
 def named_controls(walk: Any, names: Sequence[str] = (CONVENTIONAL, *S1_PARTS)) -> dict[str, Any]:
     """Return controllers of one walk by name: "conventional", "slip", "suspension", "both", "all".
 
-    "all" adds touch-down by what is felt, and levelling. For whatever walks without knowing the
-    ground take that one.
+    "all" adds reactions at touch-down, and levelling. Use it on unknown ground.
 
     Args:
         walk: a gait or an open-loop walk, as of `FootControl`.

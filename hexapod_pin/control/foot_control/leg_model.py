@@ -89,7 +89,7 @@ KEPT_POSTURES = 64
 """Of how many walks of a robot the first posture is remembered."""
 
 CYCLES_AT_ONCE = 16
-"""By which the table of a walk that does not repeat grows."""
+"""Cycles by which the table of a walk that does not repeat grows."""
 
 
 class PlannedWalk:
@@ -104,8 +104,8 @@ class PlannedWalk:
 
         Args:
             robot: whose walk it is.
-            control: has `path(robot)`, a `gait`, and `plan(robot, duration)`, which refuses what
-                cannot be walked. A walk that follows a velocity command is not tried beforehand.
+            control: has `path(robot)`, a `gait`, and `plan(robot, duration)`, which refuses walks
+                that are impossible. A walk with a velocity command is not checked beforehand.
 
         Raises:
             GaitError: the robot cannot walk it.
@@ -128,7 +128,7 @@ class PlannedWalk:
         self._grow(round(steady / self._cycle) + 1)
 
     def reach(self, time: float) -> None:
-        """See to it that the table covers a time [s], and the swing after it."""
+        """Extend the table to cover a time [s], and the swing after it."""
         while not self.repeats and time + 2.0 * self._cycle > self.table.end:
             self._grow(CYCLES_AT_ONCE)
 

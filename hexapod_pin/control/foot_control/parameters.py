@@ -41,9 +41,9 @@ class SlipPid(Spec):
         bandwidth: of the loop, for gains that are not given [Hz]. The default is *assumed*.
         derivative_time: of the low-pass filter of e' [s]. The default is *assumed*.
         limit: largest correction; at it the integral stops (anti-windup) [m]. *Assumed*.
-        anticipates: whether feet are put where they have to be for their servos to give way by
-            J diag(1/kp) J^T f0 under the nominal loads f0 (not in S1): without, the load itself
-            pushes feet apart, and whatever the PID takes back slides again as the foot unloads.
+        anticipates: whether targets compensate the compliance of the servos, J diag(1/kp) J^T f0,
+            under the nominal loads f0 (not in S1): without, the load pushes feet apart, and what
+            the PID corrects slides again as the foot unloads.
     """
 
     kind: Literal["slip-pid"] = "slip-pid"
@@ -72,7 +72,7 @@ DELAYS_PER_PERIOD = 0.05
 """Frequency times delay of a suspension whose frequency is not given (*assumed*)."""
 
 LEAST_DELAY = 7.5e-3
-"""What a shorter delay counts as there: contacts bear no quicker legs [s] (*assumed*)."""
+"""Least delay there: contacts are not stable with quicker legs [s] (*assumed*)."""
 
 
 class VirtualSuspension(Spec):
@@ -80,7 +80,7 @@ class VirtualSuspension(Spec):
 
     S1 prints no equations or gains; these are of mass-spring-damper form with m = k / w^2 and
     c = 2 zeta k / w, w = 2 pi frequency. The nominal load f0 is the share of the weight that the
-    standing feet bear (balance of force and moments, least squares), or a constant.
+    standing feet carry (balance of force and moments, least squares), or a constant.
 
     Attributes:
         stiffness: k [N/m]; None: retracts by `travel` under a sixth of the weight.
@@ -89,7 +89,7 @@ class VirtualSuspension(Spec):
             loop, 7.5 ms at least (*assumed*: standing robots shake from 1.4 times that on).
         damping: zeta, 1 is critical [-]. The default is *assumed*.
         load: "split" of the weight, or the same for every standing foot [N].
-        limit: largest travel either way [m]. *Assumed*.
+        limit: largest travel in both directions [m]. *Assumed*.
     """
 
     kind: Literal["virtual-suspension"] = "virtual-suspension"
@@ -103,7 +103,7 @@ class VirtualSuspension(Spec):
     @field_validator("load", mode="before")
     @classmethod
     def _split_or_force(cls, value: Any) -> Any:
-        """Name what is allowed as a whole, not as its first half."""
+        """Refuse other values with an error that names both alternatives."""
         if value == "split" or (isinstance(value, int | float) and 0.0 < value < math.inf):
             return value
         raise ParameterError("VirtualSuspension.load", value, '"split", or a force above 0 N')
@@ -148,17 +148,17 @@ class Levelling(Spec):
         return 2.0 * math.pi * self.bandwidth
 
 
-# Touch-down by what a foot feels, and a trunk that follows the ground under its feet.
+# Touch-down by foot forces, and a trunk that follows the ground under its feet.
 
 
 class TouchDown(Spec):
-    """Feet that stop where they meet the ground, search for it, and rise over what stops them.
+    """Feet that stop where they meet the ground, search for it, and rise over obstacles.
 
     All defaults are *assumed*.
 
     Attributes:
         earliest: share of the swing before which no ground is expected [-].
-        search_speed: of a foot that goes on down [m/s].
+        search_speed: of a foot that moves on downwards [m/s].
         search_depth: how far below the plan it goes; there it waits [m].
         rise_speed: of a swinging foot that runs against something [m/s].
         rise_limit: how far above the plan it rises [m].
@@ -182,7 +182,7 @@ class TouchDown(Spec):
     tilt_time: PositiveFloat = 1.5
 
 
-# What a robot takes for the forces on its feet.
+# How a robot obtains the forces on its feet.
 
 
 class FootForceSensing(Spec):
@@ -217,7 +217,7 @@ class FootForceSensing(Spec):
 
 
 class ControlParts(Protocol):
-    """What the law of a foot controller, and the stability of its loop, follow from."""
+    """The attributes of a foot controller that its law and stability analysis use."""
 
     @property
     def walk(self) -> Any:
@@ -245,7 +245,7 @@ class ControlParts(Protocol):
 
     @property
     def force(self) -> FootForceSensing:
-        """What the robot takes for the forces on its feet."""
+        """How the robot obtains the forces on its feet."""
 
     @property
     def load_time(self) -> float:
