@@ -78,6 +78,10 @@ def test_200_cases_of_which_5_diverge() -> None:
     assert seen == [(k + 1) / 200 for k in range(200)]
     assert "fastest joint" in str(results[3]) and results[3].trace is None
     assert results[3].__traceback__ is None  # its frames would keep the run in memory
+    (whole,) = hp.simulate_batch([diverging()])
+    assert isinstance(whole, DivergenceError) and whole.trace is not None
+    with pytest.raises(DivergenceError):
+        hp.simulate_batch([diverging()], errors="raise")
     alone = hp.simulate(
         SCENE, cases[7].controller, duration=0.9, method="implicit-euler", step=3e-3
     )
@@ -157,8 +161,7 @@ def test_feedback_controllers_run_beside_open_loop_ones() -> None:
     assert summaries[5].data == results[5].summary.data
 
 
-@pytest.mark.parametrize("keep", ["summary", "trace"])
-@pytest.mark.parametrize("estimate", [False, True])
+@pytest.mark.parametrize(("keep", "estimate"), [("summary", True), ("trace", False)])
 def test_ctrl_c_in_a_case_with_feedback_is_no_result_of_it(keep: str, estimate: bool) -> None:
     """It was an error of the case where no samples are kept, and the batch went on."""
     gait = hp.Gait.tripod(stroke=0.04, cycle_time=0.3)

@@ -200,29 +200,6 @@ def test_one_that_diverges_leaves_the_others_alone():
         runs[1].require_good()
 
 
-def test_a_bad_command_names_time_and_joint():
-    class Bad(Yielding):
-        def update(self, time, m, state):
-            command, state = super().update(time, m, state)
-            q = np.array(command.q)
-            if time > 0.011:
-                q[0, 4] = np.nan
-            return hp.feedback.Command(q), state
-
-    name = robot().joint_names[4]
-    where = f"Bad.update.q[{name}]"
-    with refused(hp.errors.ParameterError, where, np.nan):
-        run(Bad(), 0.05, accuracy=1e-4)
-
-
-@pytest.mark.parametrize(
-    ("name", "value"), [("period", 0.0), ("period", float("nan")), ("delay", -0.1)]
-)
-def test_periods_and_delays_are_checked(name, value):
-    with refused(hp.errors.ParameterError, f"controller.{name}", value):
-        run(Yielding(**{name: value}), 0.01, accuracy=1e-4)
-
-
 def test_a_loop_may_begin_at_the_checkpoint_of_another_run():
     """Ticks before it are missed: the next is at a whole number of periods."""
     before = run(hp.HoldPosture(), 0.012, accuracy=1e-4)
@@ -236,19 +213,9 @@ def test_a_loop_may_begin_at_the_checkpoint_of_another_run():
     [
         (object(), "controller", "object", ("period", "start", "update")),
         (Spy, "controller", "Spy", ("()",)),
-        (Spy(0.005, sensors="good ones"), "controller.sensors", "str", ()),
     ],
 )
-def test_what_is_no_controller_is_told(controller, name, value, hinted):
+def test_what_is_no_controller_is_refused(controller, name, value, hinted):
     with refused(hp.errors.ParameterError, name, value) as caught:
         run(controller, 0.01, accuracy=1e-4)
     assert all(word in caught.value.hint for word in hinted)
-
-
-def test_an_answer_that_is_no_command_is_told():
-    class Forgetful(Yielding):
-        def update(self, time, m, state):
-            return super().update(time, m, state)[0]
-
-    with refused(hp.errors.ParameterError, "Forgetful.update", "Command"):
-        run(Forgetful(), 0.01, accuracy=1e-4)

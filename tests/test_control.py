@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from leg_robots import offset_robot
 from refusals import ANY, refused
 from scipy.interpolate import CubicHermiteSpline
 
@@ -18,7 +19,7 @@ from hexapod_pin.control.gait import LEG_ORDER, Gait
 from hexapod_pin.control.leg_group import leg_group
 from hexapod_pin.errors import GaitError, ParameterError, UnknownNameError
 from hexapod_pin.robot.leg_kinematics import LegKinematics
-from hexapod_pin.robot.robot import Robot, load_robot, urdf_path
+from hexapod_pin.robot.robot import Robot, load_robot
 
 MakeGait = Callable[..., Gait]
 
@@ -218,11 +219,8 @@ def test_joint_limit_names_joint_value_and_range(kharagpur: Robot) -> None:
 
 
 def test_robot_with_legs_of_another_shape_walks_too(tmp_path: Path) -> None:
-    """Femur axes 12 mm aside: no closed form, the feet follow their paths all the same."""
-    old, new = (f'<origin xyz="0.0835 {aside} 0" rpy="0 0 0"/>' for aside in ("0", "0.012"))
-    path = tmp_path / "offset.urdf"
-    path.write_text(urdf_path("kharagpur").read_text().replace(old, new))
-    robot, gait = load_robot(path), Gait.ripple(stroke=0.1)
+    """No closed form, and the feet follow their paths all the same."""
+    robot, gait = offset_robot(tmp_path), Gait.ripple(stroke=0.1)
     plan = KinematicControl(gait).plan(robot, 3.0)
     p_BF = foot_path(robot, gait).positions(plan.time)
     for index, name in enumerate(LEG_ORDER):

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from foot_control_runs import SEARCH, Recorded, foot_order, recall, robot, standing
+from leg_robots import offset_robot
 from refusals import refused
 from test_foot_control_parts import PUSHED, T, loads_on, made, ticks
 
@@ -16,7 +17,6 @@ import hexapod_pin as hp
 from hexapod_pin.control import leg_group
 from hexapod_pin.control.foot_control.controller import ready_law
 from hexapod_pin.control.registry import read_controller
-from hexapod_pin.robot.robot import urdf_path
 
 NAME = "kharagpur"
 TRIPOD = hp.Gait.tripod(lift=0.03)
@@ -305,11 +305,8 @@ def test_mistakes_in_a_text_are_named(change, name, value):
 
 
 def test_legs_without_closed_form_are_controlled_too(tmp_path: Path):
-    """Femur axes 12 mm aside: inverse kinematics by search."""
-    old, new = (f'<origin xyz="0.0835 {aside} 0" rpy="0 0 0"/>' for aside in ("0", "0.012"))
-    path = tmp_path / "offset.urdf"
-    path.write_text(urdf_path(NAME).read_text().replace(old, new))
-    odd = hp.load_robot(path)
+    """Inverse kinematics by search."""
+    odd = offset_robot(tmp_path)
     assert leg_group(odd).legs[0].closed_form is None
     law = ready_law(replace(full(), walk=standing()), hp.Scene(odd))
     told = loads_on(NAME, PUSHED)

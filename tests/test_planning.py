@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from leg_robots import offset_robot
 from refusals import refused
 
 from hexapod_pin.arrays import Array
@@ -20,7 +21,7 @@ from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.knot_table import knot_times, sample_knots
 from hexapod_pin.control.leg_group import LegGroup, leg_group
 from hexapod_pin.errors import GaitError
-from hexapod_pin.robot.robot import Robot, load_robot, urdf_path
+from hexapod_pin.robot.robot import Robot, load_robot
 
 GAITS = {
     "tripod": Gait.tripod(stroke=0.08, cycle_time=1.6),
@@ -126,11 +127,7 @@ def test_steady_cycles_are_the_same_to_the_bit(robot: Robot) -> None:
 
 
 def test_legs_of_another_shape_walk_for_many_cycles(tmp_path: Path) -> None:
-    """Femur axes 12 mm aside: no closed form."""
-    old, new = (f'<origin xyz="0.0835 {aside} 0" rpy="0 0 0"/>' for aside in ("0", "0.012"))
-    path = tmp_path / "offset.urdf"
-    path.write_text(urdf_path("kharagpur").read_text().replace(old, new))
-    robot = load_robot(path)
+    robot = offset_robot(tmp_path)
     gait = Gait.tetrapod(stroke=0.06, cycle_time=1.5)
     plan = KinematicControl(gait).plan(robot, 6.0)
     _, q, v = directly(robot, gait, 6.0, None)
