@@ -114,17 +114,13 @@ class StubRun:
         """Take the error [m]."""
         self.good, self.wall_time = good, 0.0
         self.rollout = SimpleNamespace(
-            counters=lambda: {"evaluations": 10, "events": 0}, ended_by=""
+            counters=lambda: {"evaluations": 10, "events": 0}, ended_by="", summary=dict
         )
         self._error = error
 
     def samples(self) -> dict[str, Any]:
         """Return two samples."""
         return samples([0.0, self._error])
-
-    def numbers(self) -> dict[str, Any]:
-        """Return no numbers."""
-        return {}
 
     def require_good_so_far(self) -> None:
         """Refuse a run that diverged."""

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -30,30 +29,27 @@ within 2 % of the stroke (one cycle would let the last leg to lift off trail fur
 """
 
 
-class PlanarMotion(Protocol):
+class PlanarMotion(ABC):
     """The planned motion of a base in the plane, from rest at t = 0."""
 
-    @property
-    def gait(self) -> Gait:
-        """The gait."""
-        ...
+    gait: Gait
 
     @property
+    @abstractmethod
     def kinks(self) -> Array:
         """Times at which a third derivative of the pose jumps [s]."""
-        ...
+
+    @abstractmethod
+    def pose_and_twist(self, time: Array) -> tuple[Array, Array]:
+        """Return `pose`, and the forward and lateral speed [m/s] and yaw rate [rad/s], (K, 3)."""
 
     def pose(self, time: Array) -> Array:
         """Return x, y [m] and yaw [rad] in the world, from 0 at t = 0. Shape (K,) -> (K, 3)."""
-        ...
-
-    def pose_and_twist(self, time: Array) -> tuple[Array, Array]:
-        """Return `pose`, and the forward and lateral speed [m/s] and yaw rate [rad/s], (K, 3)."""
-        ...
+        return self.pose_and_twist(time)[0]
 
 
 @dataclass(frozen=True)
-class BodyPath:
+class BodyPath(PlanarMotion):
     """The planned motion of the base in the plane, from rest at t = 0.
 
     Attributes:
@@ -68,10 +64,6 @@ class BodyPath:
     def ramp(self) -> float:
         """Duration of speeding up and of slowing down [s]."""
         return RAMP_CYCLES * self.gait.cycle_time
-
-    def pose(self, time: Array) -> Array:
-        """Return x, y [m] and yaw [rad] in the world, from 0 at t = 0. Shape (K,) -> (K, 3)."""
-        return self.pose_and_twist(time)[0]
 
     def pose_and_twist(self, time: Array) -> tuple[Array, Array]:
         """Return `pose`, and the forward and lateral speed [m/s] and yaw rate [rad/s], (K, 3)."""

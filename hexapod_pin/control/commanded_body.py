@@ -109,7 +109,7 @@ PREDICTION_NODES = 32
 
 
 @dataclass(frozen=True, eq=False)
-class CommandedBody:
+class CommandedBody(PlanarMotion):
     """A body that follows a velocity command: each step's change is followed by a smooth step.
 
     The velocity is the sum of the changes so far, each times 10 s^3 - 15 s^4 + 6 s^5 of its age
@@ -181,10 +181,6 @@ class CommandedBody:
         since = np.minimum(marks[piece], t)
         place = passed[piece] + self._travel(since, t, None, NODES)
         return np.concatenate([place, self.yaw(t)[..., None]], axis=-1), self.twist(t)
-
-    def pose(self, time: Array) -> Array:
-        """Return the pose of `pose_and_twist`. Shape (K, 3)."""
-        return self.pose_and_twist(time)[0]
 
     def foreseen(self, now: Array, then: Array) -> Array:
         """Return the poses expected at some times if the commands stay as they are. (M, 3).

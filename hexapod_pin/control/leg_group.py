@@ -5,7 +5,7 @@ Four to eight legs of two or three joints each, all with the same number; L legs
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Protocol
@@ -214,15 +214,6 @@ def leg_group(robot: Robot) -> LegGroup:
     )
 
 
-def walking_legs(robot: Robot) -> list[LegKinematics]:
-    """Return the legs in gait order, one by one.
-
-    Raises:
-        GaitError: the robot has no legs that a gait can move.
-    """
-    return list(leg_group(robot).legs)
-
-
 @checked
 def leg_order(robot: Robot) -> tuple[str, ...]:
     """Return the names of a robot's legs in gait order, that of `Gait.phases`.
@@ -270,7 +261,7 @@ def _in_gait_order(legs: list[LegKinematics]) -> list[LegKinematics]:
     """Return legs in the order of `leg_order`: around from the front over the left, in halves."""
     if sorted(leg.name for leg in legs) == sorted(LEG_ORDER):
         return sorted(legs, key=lambda leg: LEG_ORDER.index(leg.name))
-    feet = neutral_feet(legs)[:, :2]
+    feet = np.array([leg.forward(leg.posture) for leg in legs])[:, :2]
     x, y = (feet - feet.mean(axis=0)).T
     angle = np.mod(np.arctan2(y, x) + STRAIGHT_AHEAD, 2.0 * np.pi)
     around = [legs[k] for k in np.argsort(angle, kind="stable")]
@@ -313,8 +304,3 @@ def _along(legs: LegGroup, directions: tuple[tuple[float, ...], ...]) -> LegGrou
         if new.task is not None and old.task is not None
     )
     return legs if same else replace(legs, kinematics=LegSet.of(turned))
-
-
-def neutral_feet(legs: Sequence[LegKinematics]) -> Array:
-    """Return the foot centres of the standing posture in the base frame [m]. Shape (L, 3)."""
-    return np.array([leg.forward(leg.posture) for leg in legs])

@@ -9,7 +9,8 @@ from hexapod_pin.arguments import checked
 from hexapod_pin.control.arc_walk import ArcWalk
 from hexapod_pin.control.body_motion import BodyMotion
 from hexapod_pin.control.commanded_body import VelocityCommand
-from hexapod_pin.control.foot_control.controller import NUMBERS, PARTS, FootControl
+from hexapod_pin.control.foot_control.controller import FootControl
+from hexapod_pin.control.foot_control.parameters import NUMBERS, PARTS
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.joint_motion import JointMotion
 from hexapod_pin.control.kinematic import KinematicControl

@@ -18,6 +18,7 @@ from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.simulation.native_run import NativeRun
 from hexapod_pin.simulation.resolution import LARGEST_JUMP, Comparison, next_level
+from hexapod_pin.simulation.run_outcome import run_numbers
 from hexapod_pin.simulation.run_settings import RunSettings
 
 
@@ -67,7 +68,7 @@ class AccuracyControl:
         if not run.good:
             self._diverged.append(run)
             return
-        self._ended = [*self._ended[-1:], _Ended(refinement, run, run.samples(), run.numbers())]
+        self._ended = [*self._ended[-1:], _Ended(refinement, run, run.samples(), run_numbers(run))]
         if len(self._ended) == 2:
             coarser, finer = self._ended
             self._difference = ErrorEstimate.between(finer.samples, coarser.samples, 1.0)

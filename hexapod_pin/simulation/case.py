@@ -21,7 +21,7 @@ from hexapod_pin.simulation.accuracy_control import ControlledRun
 from hexapod_pin.simulation.case_data import CaseData, case_from_dict, case_to_dict, read_case
 from hexapod_pin.simulation.native_run import NativeRun, open_loop_run
 from hexapod_pin.simulation.run_settings import RunSettings, WorkLimits, chosen_limits
-from hexapod_pin.simulation.session import closed_loop_run, controlled_loop
+from hexapod_pin.simulation.session import controlled_loop, lock_step_runs
 from hexapod_pin.user_code import user_callback
 from hexapod_pin.user_file import read_text, user_path
 
@@ -215,7 +215,8 @@ def run_case(
             if isinstance(case.controller, FeedbackController):
                 if case.settings.estimate:
                     return controlled_loop(case, progress).trace()
-                return closed_loop_run(case, case.settings, progress).require_good()
+                run = lock_step_runs([case], case.settings, progress=progress)[0]
+                return run.require_good()
             run = open_loop_run(case, case.settings, in_parts=True)
     except KeyboardInterrupt:
         text = "interrupted while the run was being planned; nothing was simulated"

@@ -187,13 +187,6 @@ def case_to_dict(case: CaseData, folder: Path | None = None) -> dict[str, Any]:
     return data | ({"initial": run["initial"]} if "initial" in run else {})
 
 
-def run_to_toml(case: CaseData) -> str:
-    """Return what a trace keeps besides scene and controller, as TOML text."""
-    import tomli_w
-
-    return tomli_w.dumps(run_to_dict(case))
-
-
 def run_to_dict(case: CaseData) -> dict[str, Any]:
     """Return the settings and the start of a case, without scene and controller."""
     given = {name: getattr(case, name) for name in SETTINGS if getattr(case, name) is not None}

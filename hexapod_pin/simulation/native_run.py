@@ -42,7 +42,6 @@ from hexapod_pin.simulation.run_outcome import (
     contact_names,
     failure,
     plain_counters,
-    run_numbers,
     run_record,
     run_summary,
     with_urdf,
@@ -273,10 +272,6 @@ class NativeRun:
         if "foot_force" not in self.omitted:
             found["foot_force"] = record["foot_force"].reshape(-1, feet, 3)
         return found
-
-    def numbers(self) -> Mapping[str, Any]:
-        """Return the numbers of the summary so far."""
-        return run_numbers(self)
 
     def summary(
         self,

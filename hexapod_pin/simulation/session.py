@@ -254,13 +254,6 @@ def live_run(
 # Cases whose controllers take part in the run: one, or many in lock-step.
 
 
-def closed_loop_run(
-    case: CaseData, settings: RunSettings, progress: Callable[[float], None] | None = None
-) -> NativeRun:
-    """Run a case under its feedback controller; raises as `lock_step_runs`."""
-    return lock_step_runs([case], settings, progress=progress)[0]
-
-
 def controlled_loop(
     case: CaseData, progress: Callable[[float], None] | None = None, *, record: bool = True
 ) -> AccuracyControl:

@@ -17,9 +17,11 @@ from hexapod_pin.control.foot_control.leg_model import (
     PlannedWalk,
     first_posture,
     leg_chains,
+    once,
 )
 from hexapod_pin.control.foot_control.parameters import (
-    FootForceSensing,
+    NUMBERS,
+    ControlParts,
     Levelling,
     SlipPid,
     TouchDown,
@@ -29,9 +31,7 @@ from hexapod_pin.control.foot_control.stability import refuse_unstable
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.control.leg_group import LegGroup, leg_group, require_six_of_three
-from hexapod_pin.control.sensors import Sensors
 from hexapod_pin.errors import ParameterError, ReachError, SensorError, UnknownNameError
-from hexapod_pin.immutable import Immutable
 
 if TYPE_CHECKING:
     from hexapod_pin.arrays import Array
@@ -163,26 +163,10 @@ def ready_law(control: FootControl, scene: Any, *, refuse: bool = True) -> Ready
 MOST_RUNS = 1_000_000
 """Largest number of runs in lock-step."""
 
-KEPT_SCENES = 64
-"""For how many scenes a controller caches its law."""
-
-PARTS = {
-    "slip": SlipPid, "suspension": VirtualSuspension, "touch_down": TouchDown,
-    "levelling": Levelling, "force": FootForceSensing, "sensors": Sensors,
-}  # fmt: skip
-"""The parts of foot control that are parameter sets."""
-
-NUMBERS = {
-    "load_time": "finite and above 0 s",
-    "period": "finite and above 0 s",
-    "delay": "finite and not negative [s]",
-}
-"""Its other settings, and their allowed ranges."""
-
 
 @checked
 @dataclass(frozen=True, eq=False)
-class FootControl(Immutable):
+class FootControl(ControlParts):
     """Walk a plan whose feet react to their forces; inverse kinematics at every tick [S1].
 
     Each part can be left out; without any this is kinematic control at ticks.
@@ -204,16 +188,6 @@ class FootControl(Immutable):
         ParameterError: a part of another type, or a time out of range.
     """
 
-    walk: Any
-    slip: SlipPid | None = field(default=None, kw_only=True)
-    suspension: VirtualSuspension | None = field(default=None, kw_only=True)
-    touch_down: TouchDown | None = field(default=None, kw_only=True)
-    levelling: Levelling | None = field(default=None, kw_only=True)
-    force: FootForceSensing = field(default_factory=FootForceSensing, kw_only=True)
-    sensors: Sensors | None = field(default=None, kw_only=True)
-    load_time: float = field(default=0.1, kw_only=True)
-    period: float = field(default=0.005, kw_only=True)
-    delay: float = field(default=0.0, kw_only=True)
     _ready: OrderedDict[str, ReadyLaw] = field(
         default_factory=OrderedDict, init=False, repr=False, compare=False
     )
@@ -230,17 +204,6 @@ class FootControl(Immutable):
             raise ParameterError(
                 "FootControl.walk", type(self.walk).__name__, "a Gait, or an open-loop walk"
             )
-
-    @property
-    def gait(self) -> Gait:
-        """The gait that is walked."""
-        gait: Gait = self.walk.gait
-        return gait
-
-    @property
-    def loop_delay(self) -> float:
-        """Time from a measurement until its command acts [s]."""
-        return self.delay + (self.sensors.delay if self.sensors else 0.0)
 
     def posture(self, scene: Any) -> Array:
         """Return the joint angles of the plan's beginning, in which a run starts [rad].
@@ -271,12 +234,12 @@ class FootControl(Immutable):
         if not 1 <= batch <= MOST_RUNS:
             raise ParameterError("FootControl.start.batch", batch, f"from 1 to {MOST_RUNS}")
         key = self.start_key(scene)
-        if key not in self._ready:
+
+        def make() -> ReadyLaw:
             require_six_of_three(scene.robot, "FootControl", held=False)
-            self._ready[key] = ready_law(self, scene)
-            while len(self._ready) > KEPT_SCENES:
-                self._ready.popitem(last=False)
-        return {"scene": key, "memory": self._ready[key].first_memory(batch)}
+            return ready_law(self, scene)
+
+        return {"scene": key, "memory": once(self._ready, key, make).first_memory(batch)}
 
     @every_step
     def update(
@@ -290,18 +253,6 @@ class FootControl(Immutable):
         law = self._ready[state["scene"]]
         feet, memory = law.tick(time, measurement, state["memory"])
         return Command(law.joint_angles(time, feet), ramp=True), {**state, "memory": memory}
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the settings as TOML-able data."""
-        settings: dict[str, Any] = {"kind": "foot-control"}
-        settings |= {name: getattr(self, name) for name in NUMBERS}
-        settings["walk"] = self.walk.to_dict()
-        settings["gait"] = settings["walk"].get("gait", {})
-        for name in PARTS:
-            part = getattr(self, name)
-            if part is not None:
-                settings[name] = part.model_dump(mode="json")
-        return settings
 
 
 def _require_scene(call: str, scene: Any) -> None:

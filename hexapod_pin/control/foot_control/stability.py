@@ -19,7 +19,7 @@ from hexapod_pin.control.foot_control.law import (
     slip_gains,
     weight_of,
 )
-from hexapod_pin.control.foot_control.leg_model import leg_chains
+from hexapod_pin.control.foot_control.leg_model import leg_chains, once
 from hexapod_pin.control.foot_control.linear_law import LinearLaw, LinearLoop
 from hexapod_pin.control.foot_control.stance_model import StanceModel
 from hexapod_pin.errors import ParameterError, UnknownNameError
@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from hexapod_pin.robot.robot import Robot
 
 
-Kept = TypeVar("Kept")
 Control = TypeVar("Control", bound="ControlParts")
 
 TOUCH_SPEEDS = (0.0, 0.1)
@@ -41,9 +40,6 @@ restitution are damped as by their touch speed, and the loop is to be stable wit
 
 FAR = 1e9
 """Limits of the linear law: it has none [m]."""
-
-KEPT = 64
-"""How many loops and verdicts of a robot are cached."""
 
 
 @dataclass
@@ -65,15 +61,6 @@ class KeptLoops:
 def kept_loops(robot: Robot) -> KeptLoops:
     """Return the cache of a robot."""
     return KeptLoops()
-
-
-def once(kept: OrderedDict[str, Kept], key: str, make: Callable[[], Kept]) -> Kept:
-    """Return the value of a key, made once; the oldest of more than `KEPT` is dropped."""
-    if key not in kept:
-        kept[key] = make()
-        while len(kept) > KEPT:
-            kept.popitem(last=False)
-    return kept[key]
 
 
 def plant_key(control: ControlParts, scene: Any) -> str:
