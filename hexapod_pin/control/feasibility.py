@@ -95,10 +95,6 @@ def shortest_cycle(six: LegGroup, gait: Gait) -> float | None:
     Its paths are those of the gait's own cycle time, on which they depend where it turns. None
     where the robot cannot walk these paths at any rate.
 
-    Args:
-        six: the robot's legs.
-        gait: the gait.
-
     Raises:
         GaitError: the gait has phases for other legs.
     """

@@ -141,13 +141,7 @@ def _find_refusal(
 
 
 def refusal(found: Violation, works: Callable[[Gait], bool], gait: Gait) -> GaitError:
-    """Return the error that names what to change, and how far.
-
-    Args:
-        found: the violation of `gait`.
-        works: whether another gait can be walked.
-        gait: the refused gait.
-    """
+    """Return the error that names what to change, and how far."""
     reason = f"gait {gait.name}: {found.text.rstrip('.')}."
     if found.kind == POSTURE:
         return GaitError(reason, "posture", None)

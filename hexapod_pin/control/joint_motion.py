@@ -216,11 +216,6 @@ def refuse_beyond_limits(robot: Robot, plan: JointTrajectory, owner: str) -> Non
     The Bernstein coefficients enclose the polynomials; extremes are searched for only in intervals
     in which they do not decide.
 
-    Args:
-        robot: whose limits hold.
-        plan: the trajectory.
-        owner: what the error names first.
-
     Raises:
         ParameterError: naming the first joint beyond a limit, the time and the value.
     """

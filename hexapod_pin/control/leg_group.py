@@ -230,11 +230,6 @@ def leg_order(robot: Robot) -> tuple[str, ...]:
 def require_six_of_three(robot: Robot, what: str, *, held: bool = True) -> LegGroup:
     """Return the legs of a robot with the six three-joint legs that something needs.
 
-    Args:
-        robot: the robot.
-        what: needs them; for the error.
-        held: whether other joints may be held.
-
     Raises:
         GaitError: the robot has other legs, or held joints; it names what needs them.
     """

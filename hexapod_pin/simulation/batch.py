@@ -198,13 +198,7 @@ class BatchRuns:
         threads: int,
         record: bool,
     ) -> None:
-        """Store the cases; nothing is planned yet.
-
-        Args:
-            cases: what to run.
-            threads: of the native core.
-            record: whether samples are recorded.
-        """
+        """Store the cases; nothing is planned yet. `record`: whether samples are recorded."""
         self.record, self.threads = record, threads
         self.cases = enumerate(cases)
         self.waiting: dict[object, dict[int, Case]] = {}  # with feedback, by what they share

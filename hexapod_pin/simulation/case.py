@@ -42,12 +42,7 @@ class Case(CaseData):
         controller: as of `simulate`.
         initial: state at the start, or a checkpoint to continue from; None: standing.
         duration: simulated time [s]; None where `simulate_batch` gives one for all.
-        accuracy: as of `simulate` [m and rad].
-        torque_accuracy: as of `simulate` [N m, or a share of the peak such as "1 %"].
-        estimate: as of `simulate`.
-        method: as of `simulate`.
-        step: as of `simulate` [s].
-        sample: as of `simulate` [s].
+        accuracy, torque_accuracy, estimate, method, step, sample: as of `simulate`.
         record: as of `simulate`, stored as a tuple; None where everything is recorded.
         limits: as of `simulate`; no part of what the case means, and of no file.
 

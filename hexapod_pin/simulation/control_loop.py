@@ -39,11 +39,6 @@ class ControlLoop:
     ) -> None:
         """Start a checked controller of runs of one kind of robot, at one time.
 
-        Args:
-            runs: of one kind of robot, at one time.
-            controller: as of `check_controller`.
-            threads: as of `LockStep`.
-
         Raises:
             ParameterError: its `start` returns what a checkpoint cannot hold.
             UserCodeError: it raises.

@@ -132,12 +132,7 @@ def finer_share(levels: int) -> float:
 
 
 def next_level(made: Sequence[Comparison], finest: int = MOST_LEVELS) -> int | None:
-    """Return the level of the next run; None where the last suffices, or where none would help.
-
-    Args:
-        made: comparisons, of finer and finer runs.
-        finest: the finest level there is.
-    """
+    """Return the level of the next run; None where the last suffices, or where none would help."""
     last = made[-1]
     if last.kept or last.finer + min(FINER_SHARE) > finest or has_stalled(made):
         return None

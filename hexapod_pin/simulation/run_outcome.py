@@ -67,14 +67,7 @@ def run_summary(
     counters: Mapping[str, int | float],
     errors: Mapping[str, Any],
 ) -> Summary:
-    """Return the summary of a run so far.
-
-    Args:
-        run: the run.
-        record: its `run_record`.
-        counters: steps, evaluations, ...
-        errors: of the numbers, as of `differences`.
-    """
+    """Return the summary of a run so far."""
     return Summary.from_data(
         run_numbers(run),
         run.scene.robot.joint_names,

@@ -229,17 +229,9 @@ def live_run(
     record: bool = True,
     groups: Sequence[str] | None = None,
 ) -> NativeRun:
-    """Return a run that waits for commands, holding the joint angles of its start.
+    """Return a run that waits for commands; arguments as of `NativeRun` and `waiting`.
 
-    Args:
-        scene: what is simulated.
-        settings: method and sampling.
-        start: where it starts.
-        controller: as of `NativeRun`.
-        gait: as of `waiting`.
-        end: as of `waiting` [s].
-        record: as of `NativeRun`.
-        groups: as of `NativeRun`.
+    Until the first command the drives hold the joint angles of the start.
     """
     refuse_commands(scene.prescribed, "where a run is commanded at ticks")
     points = waiting(start.q[7:], gait, end)

@@ -153,14 +153,7 @@ def _to_joints(scene: Any, feet: Array) -> Array:
 
 
 def _reduced(memory: Array, joints: Array, count: int, sizes: dict[str, int]) -> LinearLaw:
-    """Leave out readings and numbers of the memory without influence.
-
-    Args:
-        memory: change of the memory by memory and readings.
-        joints: the same of the set-points.
-        count: numbers of the memory.
-        sizes: of the readings.
-    """
+    """Leave out readings and numbers of the memory without influence."""
     within, entering = memory[:, :count] != 0.0, memory[:, count:] != 0.0
     reached, seen = entering.any(axis=1), (joints[:, :count] != 0.0).any(axis=0)
     for _ in range(count):

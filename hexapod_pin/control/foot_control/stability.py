@@ -77,11 +77,7 @@ def stance_loop(
 ) -> LinearLoop:
     """Return the standing robot of a scene between the ticks of a controller.
 
-    Args:
-        control: its period and delays.
-        scene: the robot, its servos and contact.
-        feet: as of `StanceModel.of`.
-        touch_speed: as of `StanceModel.of` [m/s].
+    `scene`, `feet` and `touch_speed` [m/s] are as of `StanceModel.of`.
     """
     key = f"{plant_key(control, scene)} {feet} {touch_speed!r}"
 
