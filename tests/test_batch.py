@@ -91,7 +91,7 @@ def test_200_cases_of_which_5_diverge() -> None:
     assert hp.torque_budget(results[7]).joints == hp.torque_budget(alone).joints
 
 
-def test_threads_and_what_is_kept_change_no_bit() -> None:
+def test_threads_and_summaries_change_no_bit() -> None:
     cases = [walk(0.02), walk(0.03, duration=1.2), walk(0.04, method="x3", step=None)]
     one = hp.simulate_batch(cases, threads=1)
     two = hp.simulate_batch(iter(cases), threads=2)
@@ -163,7 +163,7 @@ def test_feedback_controllers_run_beside_open_loop_ones() -> None:
 
 @pytest.mark.parametrize(("keep", "estimate"), [("summary", True), ("trace", False)])
 def test_ctrl_c_in_a_case_with_feedback_is_no_result_of_it(keep: str, estimate: bool) -> None:
-    """It was an error of the case where no samples are kept, and the batch went on."""
+    """It was an error of the case where no samples are recorded, and the batch continued."""
     gait = hp.Gait.tripod(stroke=0.04, cycle_time=0.3)
     control = hp.FootControl(hp.KinematicControl(gait))
     scene = hp.Scene(hp.load_robot("kharagpur"))

@@ -1,4 +1,4 @@
-"""Controllers that take part in a run: what they are told, what they answer, cuts, lock-step."""
+"""Closed-loop controllers: measurements, commands, cuts, lock-step."""
 
 from __future__ import annotations
 
@@ -96,34 +96,34 @@ def test_a_plan_sent_at_ticks_converges_to_the_plan(method):
 
 @dataclass
 class Spy:
-    """Notes the time of its ticks and of what it is told."""
+    """Records the times of its ticks and of its measurements."""
 
     period: float
     delay: float = 0.0
     sensors: hp.sensors.Sensors = field(default_factory=hp.sensors.Sensors)
-    told: list = field(default_factory=list)
+    calls: list = field(default_factory=list)
 
     def start(self, scene, batch):
         return None
 
     def update(self, time, measurement, state):
-        self.told.append((time, measurement.time, measurement.q[0, 1]))
+        self.calls.append((time, measurement.time, measurement.q[0, 1]))
         q = np.tile(robot().posture, (1, 1))
-        q[:, 1] += 0.01 * len(self.told)
+        q[:, 1] += 0.01 * len(self.calls)
         return hp.feedback.Command(q, v=np.zeros_like(q)), state
 
 
 @pytest.mark.parametrize("method", METHODS)
 def test_delays_of_sensors_and_of_commands(method):
-    """Told what was 3.3 ms ago; the command acts 7 ms after its tick, and jumps there."""
+    """The measurement is 3.3 ms old; the command acts 7 ms after its tick, and jumps there."""
     spy = Spy(0.005, delay=0.007, sensors=hp.sensors.Sensors(delay=0.0033))
     duration = 0.04
     sample = 1e-3 if method in ("robust", "implicit-euler") else 1e-4
     trace = run(spy, duration, method=method, sample=sample, **METHODS[method])
-    ticks = 0.005 * np.arange(len(spy.told))
-    assert [time for time, _, _ in spy.told] == pytest.approx(list(ticks), abs=1e-15)
+    ticks = 0.005 * np.arange(len(spy.calls))
+    assert [time for time, _, _ in spy.calls] == pytest.approx(list(ticks), abs=1e-15)
     expected = np.maximum(ticks - 0.0033, 0.0)
-    assert [time for _, time, _ in spy.told] == pytest.approx(list(expected), abs=1e-12)
+    assert [time for _, time, _ in spy.calls] == pytest.approx(list(expected), abs=1e-12)
     # set-points: none before 7 ms, the k-th acts from 5 k + 7 ms, within 0.01 rad / velocity limit
     reference = trace.q_ref[:, 1] - robot().posture[1]
     moving = 0.01 / robot().velocity_limit[1]
@@ -134,10 +134,10 @@ def test_delays_of_sensors_and_of_commands(method):
             assert value == 0.0
         elif since > moving:
             assert value == pytest.approx(0.01 * last, abs=1e-12)
-    measured = np.interp([m for _, m, _ in spy.told], trace.time, trace.q[:, 8])
+    measured = np.interp([m for _, m, _ in spy.calls], trace.time, trace.q[:, 8])
     # at samples, but between them where these are 1 ms apart
     tolerance = 2e-5 if sample == 1e-3 else 1e-9
-    assert [q for _, _, q in spy.told] == pytest.approx(list(measured), abs=tolerance)
+    assert [q for _, _, q in spy.calls] == pytest.approx(list(measured), abs=tolerance)
 
 
 NOISY = hp.sensors.Sensors(
@@ -205,7 +205,7 @@ def test_a_loop_may_begin_at_the_checkpoint_of_another_run():
     before = run(hp.HoldPosture(), 0.012, accuracy=1e-4)
     spy = Spy(0.005)
     run(spy, 0.02, initial=before.checkpoint, accuracy=1e-4)
-    assert [time for time, _, _ in spy.told] == pytest.approx([0.015, 0.02, 0.025, 0.03])
+    assert [time for time, _, _ in spy.calls] == pytest.approx([0.015, 0.02, 0.025, 0.03])
 
 
 @pytest.mark.parametrize(

@@ -97,7 +97,7 @@ def test_knots_are_closer_for_a_fast_gait(robot: Robot) -> None:
 
 
 @every_gait
-def test_plan_starts_standing_and_says_when_it_is_steady(robot: Robot, make: MakeGait) -> None:
+def test_plan_starts_standing_and_reports_its_steady_window(robot: Robot, make: MakeGait) -> None:
     gait = make(stroke=0.08, heading=0.5)
     plan = KinematicControl(gait).plan(robot, 10.0)
     assert plan.time[0] == 0.0

@@ -77,14 +77,14 @@ def test_an_update_is_pure():
     state = control.start(scene, 1)
     for k in (40, 90, 7, 40):
         memory = run.memories[k - 1].copy()
-        told = run.told[k]
-        kept = [np.copy(getattr(told, name)) for name in ("q", "v", "torque", "foot_force")]
-        command, after = control.update(0.005 * k, told, {**state, "memory": memory})
+        measured = run.measured[k]
+        kept = [np.copy(getattr(measured, name)) for name in ("q", "v", "torque", "foot_force")]
+        command, after = control.update(0.005 * k, measured, {**state, "memory": memory})
         assert np.array_equal(command.q, run.answers[k])
         assert np.array_equal(after["memory"], run.memories[k])
         assert np.array_equal(memory, run.memories[k - 1])
         for name, value in zip(("q", "v", "torque", "foot_force"), kept, strict=True):
-            assert np.array_equal(getattr(told, name), value)
+            assert np.array_equal(getattr(measured, name), value)
 
 
 @pytest.mark.parametrize("cut", [0.3, 0.605, 0.6025])

@@ -99,7 +99,7 @@ def turning_trunk(rate: np.ndarray, first_rate: np.ndarray):
 
 
 def test_a_trunk_that_moves_over_its_feet_slides_none():
-    """Shifted and turned; the turn about the normal is told by the feet themselves."""
+    """Shifted and turned; the feet themselves show the turn about the normal."""
     rate = np.array([0.05, -0.03, 0.2])
     readings = turning_trunk(rate, np.zeros(3))
     _, memory = ticks(made(slip=SLIDING), readings)
@@ -115,7 +115,7 @@ def test_a_trunk_that_moves_over_its_feet_slides_none():
     assert np.abs(recall(memory, "slid")).max() < 1e-5
 
 
-def test_corrections_are_kept_at_lift_off_and_taken_back_in_the_swing():
+def test_corrections_stay_at_lift_off_and_are_removed_in_the_swing():
     walk = hp.KinematicControl(hp.Gait.tripod(cycle_time=2.0))
     slip = hp.foot_control.SlipPid(signal="force", kp=0.0, ki=1e-3, anticipates=False)
     law = made(walk=walk, slip=slip)

@@ -204,7 +204,7 @@ def test_tetrapod_first_cycle_lifts_the_pairs_of_s2_in_order() -> None:
 
 
 def test_yaw_of_the_start_does_not_matter() -> None:
-    """A robot built rotated by 0.7 rad and told to walk 0.7 rad to the side plans the same."""
+    """A robot built rotated by 0.7 rad and walking 0.7 rad to the side plans the same."""
     c, s = np.cos(0.7), np.sin(0.7)
     turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
     time = np.linspace(0, 12, 301)

@@ -137,7 +137,7 @@ def test_the_soft_drop_meets_the_file() -> None:
 
 @pytest.mark.parametrize(("kind", "most"), [("mid", 5250), ("stiff", 15500)])
 def test_hard_drops_agree_with_extrapolated_euler_within_the_budget(kind: str, most: int) -> None:
-    """Evaluations: those of the study that chose the method. X3 is asked for 1e-7."""
+    """Evaluations: those of the study that chose the method. X3 has 1e-7."""
     run = hc40(kind, method="ndf", accuracy=1e-8, estimate=False)
     other = hc40(kind, method="extrapolated-euler", accuracy=1e-7, estimate=False)
     assert np.abs(run.q[-1] - other.q[-1]).max() < 3e-7

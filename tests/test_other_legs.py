@@ -130,7 +130,7 @@ def test_a_faster_command_in_the_same_direction_is_followed(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("part", ["ArcWalk", "FootControl"])
-def test_what_needs_six_legs_of_three_joints_says_so(part: str, tmp_path: Path) -> None:
+def test_what_needs_six_legs_of_three_joints_is_refused(part: str, tmp_path: Path) -> None:
     robot = load(legged(joints=2), tmp_path)
     gait = hp.Gait.tetrapod(**STEP)
     control = hp.motion.ArcWalk(gait) if part == "ArcWalk" else hp.FootControl(gait)

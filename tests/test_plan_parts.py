@@ -71,7 +71,7 @@ def test_a_run_far_from_the_start_plans_from_there():
 
 @pytest.mark.parametrize("duration", [1e9, 1e18, 1e300])
 def test_a_plan_too_long_to_be_made_at_once_is_refused(duration):
-    """It took 1.5 TB, or ended in an IndexError, where `plan` or `bench` was asked directly."""
+    """It took 1.5 TB, or ended in an IndexError, where `plan` or `bench` was called directly."""
     control = hp.KinematicControl(hp.Gait.tripod(stroke=0.04, cycle_time=0.3))
     with refused(ParameterError, "duration", duration, allowed=(5e5,)):
         control.plan(hp.load_robot("kharagpur"), duration)

@@ -203,7 +203,7 @@ def test_narrower_limits_are_another_robot() -> None:
         KinematicControl(gait).plan(slow, 1.0)
 
 
-def test_a_robot_is_not_kept_alive_by_its_plans() -> None:
+def test_plans_do_not_keep_a_robot_in_memory() -> None:
     robot = load_robot("athena")
     KinematicControl(GAITS["tripod"]).plan(robot, 2.0)
     alive = weakref.ref(robot)
@@ -214,6 +214,6 @@ def test_a_robot_is_not_kept_alive_by_its_plans() -> None:
 
 @pytest.mark.parametrize("make", [Gait.ripple, Gait.wave, Gait.tetrapod])
 def test_of_legs_that_are_equally_fast_the_first_is_named(make: Callable[..., Gait]) -> None:
-    """Front left and rear right move alike; rounding does not choose between them."""
+    """Front left and rear right move equally; rounding does not choose between them."""
     with refused(GaitError, quantity="cycle_time", about=("lf_coxa_joint",)):
         KinematicControl(make(cycle_time=0.3)).plan(load_robot("kharagpur"), 1.0)

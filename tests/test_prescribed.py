@@ -47,7 +47,7 @@ def robot() -> hp.Robot:
 def by_scipy(robot: hp.Robot, time: Array) -> tuple[Array, Array]:
     """Integrate the six equations of the base with Pinocchio and laws written here.
 
-    Returns configurations (T, nq) and the torques that inverse dynamics says (T, n) [N m].
+    Returns configurations (T, nq) and the torques of inverse dynamics (T, n) [N m].
     """
     motion, model, data = moving_legs(), robot.model, robot.model.createData()
     start = hp.simulate(hp.Scene(robot, contact=CONTACT), motion_start(robot), duration=0.0).q[0]

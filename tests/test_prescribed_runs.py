@@ -62,7 +62,7 @@ def test_servos_that_stiffen_come_to_it(robot: hp.Robot) -> None:
     assert off[2] < off[1] < off[0]
 
 
-def test_servos_are_told_the_same_motion(robot: hp.Robot) -> None:
+def test_servos_receive_the_same_motion(robot: hp.Robot) -> None:
     """Quintics between knots carry a sine to 1e-11 of its amplitude, into the core too."""
     motion = {"rm_coxa_joint": hp.motion.Sine(amplitude=0.1, period=0.5)}
     trace = hp.simulate(hp.Scene(robot), hp.motion.JointMotion(motion), duration=0.6, sample=0.01)

@@ -54,7 +54,7 @@ def bad(q: np.ndarray, value: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Sway:
-    """Sways the robot and leans against its tilt; at 0.06 s it does what `fault` says."""
+    """Sways the robot and leans against its tilt; at 0.06 s it has the fault `fault`."""
 
     fault: str = ""
     period: float = TICK
@@ -135,7 +135,7 @@ def assert_kept(error: HexapodError, whole: hp.Trace) -> None:
 
 
 def assert_typed(error: HexapodError, fault: str) -> None:
-    """The error names who has done what, and when."""
+    """The error names the call, its fault and the time."""
     if fault in RAISED:
         assert isinstance(error, UserCodeError)
         assert (error.call, error.time) == ("Sway.update", pytest.approx(END))
@@ -443,8 +443,8 @@ def test_the_campaign_finds_bare_errors_of_the_controllers_of_the_package(
     def of_a_user(_: Any) -> None:
         hp.simulate(SCENE, Sway("KeyError"), duration=DURATION)
 
-    for name, door in (("package", of_the_package), ("user", of_a_user)):
-        monkeypatch.setitem(campaign.DOORS, name, door)
+    for name, entry in (("package", of_the_package), ("user", of_a_user)):
+        monkeypatch.setitem(campaign.DOORS, name, entry)
     assert campaign.attempt("package", 0).kind == campaign.FAULT
     assert campaign.attempt("user", 0).kind == campaign.REFUSED
 

@@ -72,10 +72,10 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 scene = hp.Scene(hp.load_robot("kharagpur"))
 short = hp.Case(scene, hp.HoldPosture(), duration=0.01)
 long = hp.Case(scene, hp.HoldPosture(), duration=4000.0, step=1e-4, sample=1.0)
-def tell(fraction):
+def report(fraction):
     print("done", flush=True)
 try:
-    hp.simulate_batch([short, long, long, long], threads=4, progress=tell)
+    hp.simulate_batch([short, long, long, long], threads=4, progress=report)
 except hp.errors.SimulationInterrupted as error:
     print([type(result).__name__ for result in error.results], flush=True)
     sys.exit(130)
@@ -84,6 +84,6 @@ except hp.errors.SimulationInterrupted as error:
         assert child.stdout is not None
         assert child.stdout.readline() == "done\n"
         os.kill(child.pid, signal.SIGINT)
-        told = child.communicate(timeout=30)[0]
+        printed = child.communicate(timeout=30)[0]
         assert child.returncode == 130
-    assert told == "['Trace', 'NoneType', 'NoneType', 'NoneType']\n"
+    assert printed == "['Trace', 'NoneType', 'NoneType', 'NoneType']\n"
