@@ -5,10 +5,9 @@ Its motion is also given as functions of time, joint by joint.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import lru_cache
-from typing import TYPE_CHECKING, Any, get_args
+from functools import lru_cache, partial
+from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
 import numpy as np
 
@@ -26,7 +25,12 @@ from hexapod_pin.control.feasibility import (
     posture_violation,
 )
 from hexapod_pin.control.gait import Gait
-from hexapod_pin.control.gait_refusal import TOUCHING, bisect, shortest_working_cycle
+from hexapod_pin.control.gait_refusal import (
+    TOUCHING,
+    bisect,
+    shortest_working_cycle,
+    with_base,
+)
 from hexapod_pin.control.joint_motion import JointMotion
 from hexapod_pin.control.joint_trajectory import JointTrajectory, check_duration, whole_cycles
 from hexapod_pin.control.knot_table import MAX_KNOT_SPACING, knot_times
@@ -161,43 +165,47 @@ CHECKED_WALKS = 64
 """How many checked walks are cached."""
 
 
+class _Arc(NamedTuple):
+    """A walk on arcs of a robot: angles [rad], as of `ArcWalk`."""
+
+    six: LegGroup
+    bodies: LegBodies
+    gait: Gait
+    amplitude: float
+    lift_angle: float
+    profile: StanceProfile
+
+
 @lru_cache(maxsize=CHECKED_WALKS)
-def _find_refusal(
-    six: LegGroup,
-    bodies: LegBodies,
-    gait: Gait,
-    amplitude: float,
-    lift_angle: float,
-    profile: StanceProfile,
-) -> tuple[str, str, float | None] | None:
+def _find_refusal(arc: _Arc) -> tuple[str, str, float | None] | None:
     """Return message, quantity and limit of the error that refuses a walk; None if it works."""
-
-    def violation(gait: Gait, amplitude: float, lift: float) -> Violation | None:
-        return _violation(six, bodies, gait, amplitude, lift, profile)
-
-    found = violation(gait, amplitude, lift_angle)
+    found, gait = _violation(arc), arc.gait
     if found is None:
         return None
     reason = f"arc walk: {found.text}."
     if found.kind == RATE:
 
         def slower(period: float) -> bool:
-            return violation(gait.with_changes(cycle_time=period), amplitude, lift_angle) is None
+            slow = gait.with_changes(cycle_time=period)
+            return _violation(arc._replace(gait=slow)) is None
 
         limit = shortest_working_cycle(slower, gait.cycle_time)
         if limit is not None:
             text = f"{reason} With the rest unchanged, cycle_time must be at least {limit:.4g} s."
             return text, "cycle_time", limit
-    trials: dict[str, tuple[Callable[[float], bool], float]] = {
-        "amplitude": (lambda a: violation(gait, a, lift_angle) is None, amplitude),
-        "lift_angle": (lambda lift: violation(gait, amplitude, lift) is None, lift_angle),
-    }
-    for name, (works, angle) in trials.items():
+    for name in ("amplitude", "lift_angle"):
+        works, angle = partial(_works, arc, name), getattr(arc, name)
         if angle > NEGLIGIBLE_ANGLE and works(NEGLIGIBLE_ANGLE):
             limit = bisect(works, good=NEGLIGIBLE_ANGLE, bad=angle)
             text = f"{reason} With the rest unchanged, {name} can be at most {limit:.4g} rad."
             return text, name, limit
     return f"{reason} No smaller amplitude or lift angle alone helps.", "posture", None
+
+
+def _works(arc: _Arc, name: str, angle: float) -> bool:
+    """Whether a walk works with another amplitude or lift angle [rad]."""
+    changed: dict[str, Any] = {name: angle}
+    return _violation(arc._replace(**changed)) is None
 
 
 def refuse_impossible_arc(
@@ -217,40 +225,32 @@ def refuse_impossible_arc(
     """
     six = require_six_of_three(robot, "ArcWalk")
     gait = six.fitted(gait)
-    found = _find_refusal(six, leg_bodies(robot), gait, amplitude, lift_angle, profile)
+    found = _find_refusal(_Arc(six, leg_bodies(robot), gait, amplitude, lift_angle, profile))
     if found is not None:
         raise GaitError(*found)
 
 
-def _violation(
-    six: LegGroup,
-    bodies: LegBodies,
-    gait: Gait,
-    amplitude: float,
-    lift_angle: float,
-    profile: StanceProfile,
-) -> Violation | None:
+def _violation(arc: _Arc) -> Violation | None:
     """Return why the robot cannot walk, or None if it can."""
+    six = arc.six
     if np.ptp(six.soles) > MAX_FOOT_HEIGHT_SPREAD:
         low, high = (six.legs[int(k)].name for k in (np.argmin(six.soles), np.argmax(six.soles)))
         text = f"the standing posture has foot {high} {np.ptp(six.soles):.4f} m above foot {low}"
         return Violation(PATH, text)
-    walk = (six, gait.in_one_second(), amplitude, lift_angle, profile)
-    q, v = _joints(*walk)
+    once = arc._replace(gait=arc.gait.in_one_second())
+    q, v = _joints(once)
     found = _out_of_range(six, q)
     if found is not None:
         return found
-    posture = posture_violation(six, q, v / gait.cycle_time)
-    return _touching(bodies, *walk) if posture is None else posture[0]
+    posture = posture_violation(six, q, v / arc.gait.cycle_time)
+    return _touching(once) if posture is None else posture[0]
 
 
 @lru_cache(maxsize=CHECKED_WALKS)
-def _joints(
-    six: LegGroup, gait: Gait, amplitude: float, lift_angle: float, profile: StanceProfile
-) -> tuple[Array, Array]:
+def _joints(arc: _Arc) -> tuple[Array, Array]:
     """Return joint angles [rad] and rates [rad/s] at the checked times, (6, K, 3) each."""
-    end = CHECKED_CYCLES * gait.cycle_time
-    path = ArcPath(six, gait, amplitude, lift_angle, profile, end)
+    gait, end = arc.gait, CHECKED_CYCLES * arc.gait.cycle_time
+    path = ArcPath(arc.six, gait, arc.amplitude, arc.lift_angle, arc.profile, end)
     events = np.array([0.0, *path.events(end), end])
     time = knot_times(events, CHECK_SPACING_CYCLES * gait.cycle_time)[0]
     once = path.steady_from + gait.cycle_time  # of the steady part one cycle is enough
@@ -273,21 +273,12 @@ def _out_of_range(six: LegGroup, q: Array) -> Violation | None:
 
 
 @lru_cache(maxsize=CHECKED_WALKS)
-def _touching(
-    bodies: LegBodies,
-    six: LegGroup,
-    gait: Gait,
-    amplitude: float,
-    lift_angle: float,
-    profile: StanceProfile,
-) -> Violation | None:
+def _touching(arc: _Arc) -> Violation | None:
     """Return which links overlap most in a walk."""
+    bodies = arc.bodies
     if not bodies.pairs:
         return None
-    q, _ = _joints(six, gait, amplitude, lift_angle, profile)
-    angles = six.joint_rows(q, six.posture)
-    base = np.tile([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], (len(angles), 1))
-    distance, pair = bodies.distances(np.hstack([base, angles]))
+    distance, pair = bodies.distances(with_base(arc.six, _joints(arc)[0]))
     row = int(np.argmin(distance))
     if distance[row] >= -TOUCHING:
         return None

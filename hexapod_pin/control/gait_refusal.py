@@ -350,8 +350,13 @@ def _postures(six: LegGroup, path: FootPath, time: Array, near: Array | None = N
         ReachError: the feet cannot follow.
     """
     p_BF, _ = six.foot_motion(path, time)
-    angles = six.joint_rows(six.kinematics.inverse(p_BF, near), six.posture)
-    base = np.tile([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], (len(time), 1))
+    return with_base(six, six.kinematics.inverse(p_BF, near))
+
+
+def with_base(six: LegGroup, q: Array) -> Array:
+    """Return configurations (K, 7 + n) of legs' angles (L, K, J) [rad], the base at the origin."""
+    angles = six.joint_rows(q, six.posture)
+    base = np.tile([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], (len(angles), 1))
     return np.hstack([base, angles])
 
 

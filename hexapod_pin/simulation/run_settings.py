@@ -183,12 +183,6 @@ class WorkLimits(Spec):
         return cls(steps=math.inf, memory=math.inf, step=0.0, sample=0.0,
                    evaluations=math.inf, smallest_step=0.0)  # fmt: skip
 
-    def evaluations_of(self, duration: float) -> float:
-        """Return how many evaluations a run of so long [s] may use."""
-        if self.evaluations is not None:
-            return self.evaluations
-        return EVALUATIONS_AT_START + EVALUATIONS_PER_SECOND * duration
-
 
 def chosen_limits(limits: WorkLimits | None, allow: bool) -> WorkLimits:
     """Return the limits given, else the usual ones, or none where everything is allowed."""
@@ -247,9 +241,11 @@ class RunSettings:
     @property
     def evaluations(self) -> float:
         """Limit of evaluations; infinite for fixed steps, whose number is known before."""
-        if self.limits.evaluations is None and not self.method_settings.method.adaptive:
+        if self.limits.evaluations is not None:
+            return self.limits.evaluations
+        if not self.method_settings.method.adaptive:
             return math.inf
-        return self.limits.evaluations_of(self.duration)
+        return EVALUATIONS_AT_START + EVALUATIONS_PER_SECOND * self.duration
 
     @property
     def compared_groups(self) -> tuple[str, ...]:
@@ -304,17 +300,13 @@ class WorkForecast:
 
 def sample_bytes(settings: RunSettings, scene: Scene, groups: Sequence[str] | None) -> float:
     """Return the memory of the samples of one run, of these groups or all (None) [bytes]."""
-    return 8.0 * settings.grid.samples * _width(scene, groups)
-
-
-def _width(scene: Scene, groups: Sequence[str] | None) -> int:
-    """Return how many numbers a sample holds."""
     joints, feet = len(scene.robot.joint_names), len(scene.robot.feet)
     columns = {
         "torque": joints, "set_points": 2 * joints, "contacts": 13 * feet, "com": 3, "energy": 9
     }  # fmt: skip
     motion = 1 + (7 + joints) + (6 + joints)
-    return motion + sum(columns[name] for name in (columns if groups is None else groups))
+    width = motion + sum(columns[name] for name in (columns if groups is None else groups))
+    return 8.0 * settings.grid.samples * width
 
 
 def check_work(
