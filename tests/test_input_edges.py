@@ -150,9 +150,8 @@ def test_every_key_with_a_value_of_every_type(name: str) -> None:
     ],
 )
 def test_a_scene_names_what_is_wrong(path: tuple[Any, ...], value: Any, name: str) -> None:
-    with pytest.raises(ParameterError) as caught:
+    with refused(ParameterError, name):
         hp.Scene.from_toml(changed(texts()["scene"], path, value))
-    assert caught.value.name == name
 
 
 TEXTS = [
