@@ -1,4 +1,4 @@
-"""What tests of foot control share: readings made up by hand, the memory by name, recorded runs."""
+"""Shared by tests of foot control: readings made by hand, the memory by name, recorded runs."""
 
 from __future__ import annotations
 
@@ -71,22 +71,22 @@ def in_foot_order(name: str, forces: Any) -> np.ndarray:
 
 @dataclass
 class Recorded:
-    """A controller that notes what another one is told and remembers."""
+    """A controller that records measurements, memories and commands of another one."""
 
     control: hp.FootControl
-    told: list[Measurement] = field(default_factory=list)
+    measured: list[Measurement] = field(default_factory=list)
     memories: list[np.ndarray] = field(default_factory=list)
     answers: list[np.ndarray] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        """Take over what a run asks of a controller."""
+        """Copy the attributes that a run needs."""
         self.period, self.delay = self.control.period, self.control.delay
         self.sensors, self.gait = self.control.sensors, self.control.gait
         self.posture, self.start = self.control.posture, self.control.start
 
     def update(self, time: float, m: Measurement, state: Any) -> tuple[hp.feedback.Command, Any]:
         command, state = self.control.update(time, m, state)
-        self.told.append(m)
+        self.measured.append(m)
         self.memories.append(state["memory"])
         self.answers.append(command.q)
         return command, state

@@ -1,4 +1,4 @@
-"""The error of a whole run: estimated, kept or told."""
+"""The error of a whole run: estimated, controlled, or reported."""
 
 from __future__ import annotations
 
@@ -94,14 +94,14 @@ def test_two_runs_without_gain_end_the_search():
     assert next_level(slow) == 24
 
 
-def test_a_finer_run_that_finds_far_more_events_is_not_taken_for_right():
+def test_a_finer_run_that_finds_far_more_events_is_not_accepted():
     """Nor is the coarser one, however near they are; the next run decides, be it as far apart."""
     found = Comparison(0, 8, 0.01, events=(5, 99))
     assert found.finds_more and not found.kept and not found.takes_coarser
     assert next_level([found]) == 12
     assert next_level([found], finest=8) is None
     resolved = Comparison(8, 12, 40.0, events=(99, 150)).after(found)
-    assert resolved.decay == Comparison(0, 8, 0.01).decay  # the first tells nothing of it
+    assert resolved.decay == Comparison(0, 8, 0.01).decay  # the first does not show it
     assert next_level([found, resolved]) == 24  # no stall either
     for events in ((0, 10), (5, 20), (100, 210), (99, 5)):
         assert Comparison(0, 8, 0.01, events=events).kept, events
@@ -114,7 +114,7 @@ class StubRun:
         """Take the error [m]."""
         self.good, self.wall_time = good, 0.0
         self.rollout = SimpleNamespace(
-            counters=lambda: {"evaluations": 10, "events": 0}, ended_by=""
+            counters=lambda: {"evaluations": 10, "events": 0}, ended_by="", summary=dict
         )
         self._error = error
 
@@ -122,17 +122,13 @@ class StubRun:
         """Return two samples."""
         return samples([0.0, self._error])
 
-    def numbers(self) -> dict[str, Any]:
-        """Return no numbers."""
-        return {}
-
     def require_good_so_far(self) -> None:
         """Refuse a run that diverged."""
         raise hp.errors.DivergenceError("diverged", None)
 
 
 def control_of(errors: dict[int, float]) -> AccuracyControl:
-    """Return a control that has taken runs with errors by their levels, as it asked for them."""
+    """Return a control that has taken runs with errors by their levels, as it requested them."""
     control = AccuracyControl(RunSettings.of(1.0, None, 1e-4, None, None))
     level: int | None = 0
     while level is not None:
@@ -162,7 +158,7 @@ def test_runs_that_diverge_twice_are_an_error():
 
 
 def test_a_finer_run_that_diverges_ends_the_search():
-    """It is not asked for again, and what stood stands: not kept."""
+    """It is not requested again; the accuracy is not met."""
     control = AccuracyControl(RunSettings.of(1.0, None, 1e-4, None, None))
     control.take(0, StubRun(1e-2))  # type: ignore[arg-type]
     control.take(4, StubRun(0.0))  # type: ignore[arg-type]
@@ -195,7 +191,7 @@ def spin() -> dict[float, hp.Trace]:
 
 
 @pytest.mark.parametrize("accuracy", [1e-4, 1e-6])
-def test_errors_that_stay_are_kept_within_the_accuracy(spin, accuracy):
+def test_errors_that_stay_are_within_the_accuracy(spin, accuracy):
     """In flight nothing damps an error; steps that keep 1e-4 each had come to 50 times it."""
     truth, found = ErrorEstimate.between({"q": spin[accuracy].q}, {"q": spin[0.0].q}, 1.0), spin
     error = float(truth.position.max())
@@ -239,8 +235,8 @@ def test_errors_of_a_robot_that_is_pushed_off_are_seen():
         assert error <= min(accuracy, trace.error_estimate)
 
 
-def test_an_unkept_accuracy_says_from_when_on():
-    """The last sample within it is told."""
+def test_the_time_up_to_which_an_accuracy_is_met():
+    """It is the last sample within the accuracy."""
     robot = hp.load_robot("athena")
     trace = hp.simulate(hp.Scene(robot), hp.HoldPosture(), duration=0.01, accuracy=1e-4)
     error = ErrorEstimate(*(np.linspace(0.0, 4e-4, len(trace.time)) for _ in range(3)))
@@ -277,7 +273,7 @@ def test_a_batch_knows_its_errors_too():
         summary.error_of("torque")
 
 
-def test_torques_may_be_asked_for_instead():
+def test_a_torque_accuracy_may_be_requested_instead():
     """In N m, or as a share of the largest; what is not a share or a size is refused."""
     scene = hp.Scene(hp.load_robot("athena"))
     trace = hp.simulate(scene, hp.HoldPosture(), duration=0.05, torque_accuracy="1 %")
@@ -296,7 +292,7 @@ def test_torques_may_be_asked_for_instead():
         hp.simulate(scene, hp.HoldPosture(), duration=0.05, torque_accuracy=0.1, record=[])
 
 
-def test_what_is_asked_is_part_of_a_case():
+def test_the_accuracy_requested_is_part_of_a_case():
     """It is written, read, and counts in the digest."""
     scene = hp.Scene(hp.load_robot("athena"))
     plain = hp.Case(scene, hp.HoldPosture(), duration=1.0)
@@ -306,13 +302,13 @@ def test_what_is_asked_is_part_of_a_case():
     assert (again.torque_accuracy, again.estimate) == ("2 %", False)
 
 
-def test_a_controller_in_the_run_keeps_the_error_where_asked():
-    """Asked anew in every run: alone and in a batch alike, and within what was asked."""
+def test_a_closed_loop_meets_its_accuracy_on_request():
+    """It is started in every run, alone and in a batch, and the error is within the accuracy."""
     scene = hp.Scene(hp.load_robot("athena"))
     control = hp.FootControl(hp.Gait.tripod(stroke=0.06, cycle_time=2.0))
     asked = hp.simulate(scene, control, duration=0.5, estimate=True)
     truth = hp.simulate(scene, control, duration=0.5, method="ndf", accuracy=1e-10)
-    assert truth.error is None and truth.counters.get("runs") is None  # asked once: not known
+    assert truth.error is None and truth.counters.get("runs") is None  # run once: unknown
     assert asked.accuracy_kept and asked.counters["runs"] >= 2
     error = float(np.abs(asked.q - truth.q).max())
     assert error <= asked.error_estimate <= 1e-4

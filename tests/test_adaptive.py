@@ -2,36 +2,13 @@
 
 from __future__ import annotations
 
-from functools import cache
-
 import numpy as np
 import pytest
 import vehicles
+from method_settings import GROUNDS, hc40
 
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
-
-CASES = {"soft": (1e5, 1e2), "mid": (1e6, 1e3), "stiff": (1e8, 1e4)}
-
-
-@cache
-def hc40(kind: str, **settings) -> hp.Trace:
-    """The hard cases' drop, 0.25 s, with the stiffness and friction slope of its variants.
-
-    A run that several tests look at is computed once.
-    """
-    scene, start, posture = vehicles.drop(vehicles.hexa_ref())
-    stiffness, slope = CASES[kind]
-    contact = hp.Contact(
-        normal=hp.contact.HuntCrossley(
-            stiffness=stiffness, dissipation=scene.contact.normal.dissipation
-        ),
-        friction=hp.contact.TanhCoulomb(mu=scene.contact.friction.mu, slope=slope),
-    )
-    scene = hp.Scene(scene.robot, contact=contact, servo=scene.servo, stops=vehicles.FREE)
-    return hp.simulate(
-        scene, hp.HoldPosture(posture), duration=0.25, sample=0.25, initial=start, **settings
-    )
 
 
 @pytest.mark.parametrize("method", ["extrapolated-euler", "ndf"])
@@ -44,9 +21,9 @@ def test_implicit_methods_and_dop853_end_alike(kind: str, method: str) -> None:
     np.testing.assert_allclose(trace.v[-1], truth.v[-1], atol=1e-6, rtol=0.0)
 
 
-@pytest.mark.parametrize("kind", CASES)
+@pytest.mark.parametrize("kind", GROUNDS)
 @pytest.mark.parametrize("accuracy", [1e-3, 1e-4, 1e-5])
-def test_x3_keeps_what_it_is_asked_for(kind: str, accuracy: float) -> None:
+def test_x3_meets_its_accuracy(kind: str, accuracy: float) -> None:
     """HC40: the error against 1e-7, and below it the estimate that the trace gives."""
     truth, trace = hc40(kind, accuracy=1e-7), hc40(kind, accuracy=accuracy)
     error = np.abs(trace.q[-1] - truth.q[-1]).max()
@@ -54,9 +31,9 @@ def test_x3_keeps_what_it_is_asked_for(kind: str, accuracy: float) -> None:
     assert error < trace.error_estimate + 1e-7
 
 
-@pytest.mark.parametrize("kind", CASES)
+@pytest.mark.parametrize("kind", GROUNDS)
 def test_looser_never_costs_more(kind: str) -> None:
-    """Of single runs; where the error is kept, from 1e-4 on: looser first runs are alike."""
+    """Of single runs; with control of the error from 1e-4 on: looser first runs are equal."""
     single = [
         hc40(kind, accuracy=a, estimate=False).counters["evaluations"]
         for a in (1e-2, 1e-3, 1e-4, 1e-5)
@@ -173,8 +150,8 @@ def test_few_steps_are_given_up_where_set_points_jump() -> None:
     assert counters["rejected"] < 0.18 * counters["steps"]
 
 
-def test_keeping_the_error_of_a_walk_costs_little_beside_a_single_run() -> None:
-    """Evaluations of all runs over the 8154 that a single run took before errors were kept."""
+def test_control_of_the_error_of_a_walk_costs_little() -> None:
+    """Evaluations of all runs over the 8154 that a single run without control of the error took."""
     from hexapod_pin.benchmark.work_precision import scenes
 
     walk = scenes.walk(1.0)

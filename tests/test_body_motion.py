@@ -106,7 +106,7 @@ def test_trunk_offset_is_a_rotation_with_its_angular_velocity() -> None:
 
 @pytest.mark.parametrize("terrain", [hp.Flat(), hp.Slope(angle=0.1)], ids=["flat", "slope"])
 def test_a_run_starts_and_stays_in_the_commanded_pose(terrain: Any) -> None:
-    """Six feet touch; the trunk is where the motion says, relative to the ground."""
+    """Six feet touch; the trunk is where the motion puts it, relative to the ground."""
     motion = hp.motion.BodyMotion(
         height=-0.01, roll=-0.04, pitch=0.05, yaw=0.1, forward=0.01, lateral=-0.02
     )
@@ -193,20 +193,22 @@ def test_a_plan_of_no_length_begins_like_a_long_one(duration: float) -> None:
 )
 def test_constant_offsets_beyond_reach_say_how_far_they_can_go(offsets: dict[str, float]) -> None:
     robot = hp.load_robot("kharagpur")
-    asked = ", ".join(f"{name}={value:g}" for name, value in offsets.items())
+    given = ", ".join(f"{name}={value:g}" for name, value in offsets.items())
     quantity = "body" if len(offsets) > 1 else "height"
-    about = (f"BodyMotion({asked})", "leg lf", "lf_femur_joint")
+    about = (f"BodyMotion({given})", "leg lf", "lf_femur_joint")
     with refused(GaitError, quantity=quantity, about=about) as far:
         hp.KinematicControl(GAIT, body=hp.motion.BodyMotion(**offsets)).plan(robot, 5.0)
-    assert str(far.value).count("BodyMotion(") == 2  # what was asked for, and what works
+    assert str(far.value).count("BodyMotion(") == 2  # the request, and what works
     if len(offsets) > 1:
         assert far.value.limit is None
         return
     assert far.value.limit is not None
     limit = float(far.value.limit)
     hp.KinematicControl(GAIT, body=hp.motion.BodyMotion(height=limit)).plan(robot, 5.0)
-    with pytest.raises(GaitError):
-        hp.KinematicControl(GAIT, body=hp.motion.BodyMotion(height=1.002 * limit)).plan(robot, 5.0)
+    if limit > 0.0:  # a refusal searches for the limit again, which takes long
+        with pytest.raises(GaitError):
+            beyond = hp.motion.BodyMotion(height=1.002 * limit)
+            hp.KinematicControl(GAIT, body=beyond).plan(robot, 5.0)
 
 
 # --- velocity commands --------------------------------------------------------------------------
@@ -228,12 +230,12 @@ def test_a_constant_command_is_the_gait_itself() -> None:
         time=(0.0,), forward=along[0], lateral=along[1], turn_rate=0.1
     )
     own = hp.KinematicControl(gait).plan(robot, 8.0)
-    told = hp.KinematicControl(gait, velocity=command).plan(robot, 8.0)
+    commanded = hp.KinematicControl(gait, velocity=command).plan(robot, 8.0)
     spline_time = np.linspace(0.0, 8.0, 500)
     for name in ("q", "v"):
         one, other = (
             np.array([np.interp(spline_time, p.time, column) for column in getattr(p, name).T])
-            for p in (own, told)
+            for p in (own, commanded)
         )
         np.testing.assert_allclose(one, other, atol=2e-3 if name == "v" else 2e-5)
     paths = [hp.KinematicControl(gait, **k).path(robot) for k in ({}, {"velocity": command})]
@@ -271,7 +273,7 @@ def test_a_foothold_does_not_know_the_future() -> None:
     assert changed.min() > 1e-4
 
 
-def test_a_walk_on_command_goes_where_it_is_told_and_ends_standing() -> None:
+def test_a_walk_on_command_follows_it_and_ends_standing() -> None:
     scene = stiff_scene()
     control = hp.KinematicControl(GAIT, velocity=STEPS)
     plan = control.plan(scene.robot, 16.0)
@@ -279,7 +281,7 @@ def test_a_walk_on_command_goes_where_it_is_told_and_ends_standing() -> None:
     assert plan.cycle_time is None
     trace = hp.simulate(scene, control, duration=13.0)
     x, y, yaw = control.path(scene.robot).body_pose(np.array([13.0]))[0]
-    np.testing.assert_allclose(trace.q[-1, :2], [x, y], atol=0.01 * 0.3)  # 1 % of the way
+    np.testing.assert_allclose(trace.q[-1, :2], [x, y], atol=0.01 * 0.3)  # 1 % of the path
     assert roll_pitch_yaw(trace.q[-1])[2] == pytest.approx(yaw, abs=0.004)
 
 
@@ -288,9 +290,9 @@ def test_a_command_beyond_reach_names_time_and_limit() -> None:
     fast = hp.motion.VelocityCommand(time=(0.0, 3.0), forward=(0.05, 0.5))
     about = ("VelocityCommand", "3", "0.5")
     with refused(GaitError, quantity="speed", about=about) as caught:
-        hp.KinematicControl(GAIT, velocity=fast).plan(robot, 10.0)
+        hp.KinematicControl(GAIT, velocity=fast).plan(robot, 5.0)
     limit = caught.value.limit
     assert limit is not None and 0.05 < limit < 0.5
     slower = hp.motion.VelocityCommand(time=(0.0, 3.0), forward=(0.05, 0.98 * limit))
-    hp.KinematicControl(GAIT, velocity=slower).plan(robot, 10.0)
+    hp.KinematicControl(GAIT, velocity=slower).plan(robot, 5.0)
     hp.KinematicControl(GAIT, velocity=fast).plan(robot, 2.0)  # ends before

@@ -1,4 +1,4 @@
-"""Controllers that take part in a run: what they are told, what they answer, cuts, lock-step."""
+"""Closed-loop controllers: measurements, commands, cuts, lock-step."""
 
 from __future__ import annotations
 
@@ -96,34 +96,34 @@ def test_a_plan_sent_at_ticks_converges_to_the_plan(method):
 
 @dataclass
 class Spy:
-    """Notes the time of its ticks and of what it is told."""
+    """Records the times of its ticks and of its measurements."""
 
     period: float
     delay: float = 0.0
     sensors: hp.sensors.Sensors = field(default_factory=hp.sensors.Sensors)
-    told: list = field(default_factory=list)
+    calls: list = field(default_factory=list)
 
     def start(self, scene, batch):
         return None
 
     def update(self, time, measurement, state):
-        self.told.append((time, measurement.time, measurement.q[0, 1]))
+        self.calls.append((time, measurement.time, measurement.q[0, 1]))
         q = np.tile(robot().posture, (1, 1))
-        q[:, 1] += 0.01 * len(self.told)
+        q[:, 1] += 0.01 * len(self.calls)
         return hp.feedback.Command(q, v=np.zeros_like(q)), state
 
 
 @pytest.mark.parametrize("method", METHODS)
 def test_delays_of_sensors_and_of_commands(method):
-    """Told what was 3.3 ms ago; the command acts 7 ms after its tick, and jumps there."""
+    """The measurement is 3.3 ms old; the command acts 7 ms after its tick, and jumps there."""
     spy = Spy(0.005, delay=0.007, sensors=hp.sensors.Sensors(delay=0.0033))
     duration = 0.04
     sample = 1e-3 if method in ("robust", "implicit-euler") else 1e-4
     trace = run(spy, duration, method=method, sample=sample, **METHODS[method])
-    ticks = 0.005 * np.arange(len(spy.told))
-    assert [time for time, _, _ in spy.told] == pytest.approx(list(ticks), abs=1e-15)
+    ticks = 0.005 * np.arange(len(spy.calls))
+    assert [time for time, _, _ in spy.calls] == pytest.approx(list(ticks), abs=1e-15)
     expected = np.maximum(ticks - 0.0033, 0.0)
-    assert [time for _, time, _ in spy.told] == pytest.approx(list(expected), abs=1e-12)
+    assert [time for _, time, _ in spy.calls] == pytest.approx(list(expected), abs=1e-12)
     # set-points: none before 7 ms, the k-th acts from 5 k + 7 ms, within 0.01 rad / velocity limit
     reference = trace.q_ref[:, 1] - robot().posture[1]
     moving = 0.01 / robot().velocity_limit[1]
@@ -134,10 +134,10 @@ def test_delays_of_sensors_and_of_commands(method):
             assert value == 0.0
         elif since > moving:
             assert value == pytest.approx(0.01 * last, abs=1e-12)
-    measured = np.interp([m for _, m, _ in spy.told], trace.time, trace.q[:, 8])
+    measured = np.interp([m for _, m, _ in spy.calls], trace.time, trace.q[:, 8])
     # at samples, but between them where these are 1 ms apart
     tolerance = 2e-5 if sample == 1e-3 else 1e-9
-    assert [q for _, _, q in spy.told] == pytest.approx(list(measured), abs=tolerance)
+    assert [q for _, _, q in spy.calls] == pytest.approx(list(measured), abs=tolerance)
 
 
 NOISY = hp.sensors.Sensors(
@@ -165,7 +165,7 @@ def test_a_cut_at_any_time_changes_no_bit(method, delay, sensors):
 def test_lock_step_gives_every_case_its_bits():
     controller = Yielding(sensors=NOISY)
     scenes = [
-        hp.Scene(robot(), contact=hp.Contact.accurate().with_mu(0.3 + 0.01 * k)) for k in range(64)
+        hp.Scene(robot(), contact=hp.Contact.accurate().with_mu(0.3 + 0.02 * k)) for k in range(24)
     ]
     cases = [Case(scene, controller, duration=0.05, accuracy=1e-4, sample=2e-3) for scene in scenes]
     how = cases[0].settings
@@ -176,7 +176,7 @@ def test_lock_step_gives_every_case_its_bits():
     for k in range(7):
         assert np.array_equal(alone[k], seven[k]) and np.array_equal(seven[k], many[k])
     assert np.array_equal(simulated, many[3])
-    assert not np.array_equal(many[0], many[63])
+    assert not np.array_equal(many[0], many[23])
 
 
 def test_one_that_diverges_leaves_the_others_alone():
@@ -200,35 +200,12 @@ def test_one_that_diverges_leaves_the_others_alone():
         runs[1].require_good()
 
 
-def test_a_bad_command_names_time_and_joint():
-    class Bad(Yielding):
-        def update(self, time, m, state):
-            command, state = super().update(time, m, state)
-            q = np.array(command.q)
-            if time > 0.011:
-                q[0, 4] = np.nan
-            return hp.feedback.Command(q), state
-
-    name = robot().joint_names[4]
-    where = f"Bad.update.q[{name}]"
-    with refused(hp.errors.ParameterError, where, np.nan):
-        run(Bad(), 0.05, accuracy=1e-4)
-
-
-@pytest.mark.parametrize(
-    ("name", "value"), [("period", 0.0), ("period", float("nan")), ("delay", -0.1)]
-)
-def test_periods_and_delays_are_checked(name, value):
-    with refused(hp.errors.ParameterError, f"controller.{name}", value):
-        run(Yielding(**{name: value}), 0.01, accuracy=1e-4)
-
-
 def test_a_loop_may_begin_at_the_checkpoint_of_another_run():
     """Ticks before it are missed: the next is at a whole number of periods."""
     before = run(hp.HoldPosture(), 0.012, accuracy=1e-4)
     spy = Spy(0.005)
     run(spy, 0.02, initial=before.checkpoint, accuracy=1e-4)
-    assert [time for time, _, _ in spy.told] == pytest.approx([0.015, 0.02, 0.025, 0.03])
+    assert [time for time, _, _ in spy.calls] == pytest.approx([0.015, 0.02, 0.025, 0.03])
 
 
 @pytest.mark.parametrize(
@@ -236,19 +213,9 @@ def test_a_loop_may_begin_at_the_checkpoint_of_another_run():
     [
         (object(), "controller", "object", ("period", "start", "update")),
         (Spy, "controller", "Spy", ("()",)),
-        (Spy(0.005, sensors="good ones"), "controller.sensors", "str", ()),
     ],
 )
-def test_what_is_no_controller_is_told(controller, name, value, hinted):
+def test_what_is_no_controller_is_refused(controller, name, value, hinted):
     with refused(hp.errors.ParameterError, name, value) as caught:
         run(controller, 0.01, accuracy=1e-4)
     assert all(word in caught.value.hint for word in hinted)
-
-
-def test_an_answer_that_is_no_command_is_told():
-    class Forgetful(Yielding):
-        def update(self, time, m, state):
-            return super().update(time, m, state)[0]
-
-    with refused(hp.errors.ParameterError, "Forgetful.update", "Command"):
-        run(Forgetful(), 0.01, accuracy=1e-4)

@@ -1,4 +1,4 @@
-"""Stroke, lift and cycle time fitted to a robot; what is given is kept or refused."""
+"""Stroke, lift and cycle time fitted to a robot; what is given is used or refused."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def test_slow_joints_get_a_longer_cycle_and_the_whole_stroke(tmp_path: Path) -> 
         assert bool(np.abs(plan.v).max() < 0.8 * 0.524) is within
 
 
-def test_a_given_cycle_is_kept_or_refused(tmp_path: Path) -> None:
+def test_a_given_cycle_is_used_or_refused(tmp_path: Path) -> None:
     slow = kharagpur(tmp_path, 'velocity="6"', 'velocity="1.8"')
     with refused(GaitError, quantity="cycle_time") as caught:
         fit_gait(slow, "tetrapod", cycle_time=2.4)
@@ -59,7 +59,7 @@ def test_a_given_cycle_is_kept_or_refused(tmp_path: Path) -> None:
     assert fit_gait(slow, "tetrapod").gait.cycle_time > 2.8
 
 
-def test_short_legs_lift_less_unless_told(tmp_path: Path) -> None:
+def test_short_legs_lift_less_by_default(tmp_path: Path) -> None:
     """Femora of half the length: 8 % of what a leg then measures."""
     text = hp.urdf_path("kharagpur").read_text()
     small = tmp_path / "small.urdf"

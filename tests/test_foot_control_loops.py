@@ -6,12 +6,13 @@ import dataclasses
 
 import numpy as np
 import pytest
-from foot_control_runs import in_foot_order, reading, recall, robot
+from foot_control_runs import Recorded, in_foot_order, reading, recall, robot, standing
 from scipy.spatial.transform import Rotation
 from test_foot_control_parts import PUSHED, T, loads_on, made, ticks
 
 import hexapod_pin as hp
 from hexapod_pin.control import leg_group
+from hexapod_pin.control.foot_control.leg_model import PlannedWalk
 
 NAME = "kharagpur"
 FEET = leg_group(robot(NAME)).neutral_feet
@@ -99,7 +100,7 @@ def turning_trunk(rate: np.ndarray, first_rate: np.ndarray):
 
 
 def test_a_trunk_that_moves_over_its_feet_slides_none():
-    """Shifted and turned; the turn about the normal is told by the feet themselves."""
+    """Shifted and turned; the feet themselves show the turn about the normal."""
     rate = np.array([0.05, -0.03, 0.2])
     readings = turning_trunk(rate, np.zeros(3))
     _, memory = ticks(made(slip=SLIDING), readings)
@@ -115,7 +116,7 @@ def test_a_trunk_that_moves_over_its_feet_slides_none():
     assert np.abs(recall(memory, "slid")).max() < 1e-5
 
 
-def test_corrections_are_kept_at_lift_off_and_taken_back_in_the_swing():
+def test_corrections_stay_at_lift_off_and_are_removed_in_the_swing():
     walk = hp.KinematicControl(hp.Gait.tripod(cycle_time=2.0))
     slip = hp.foot_control.SlipPid(signal="force", kp=0.0, ki=1e-3, anticipates=False)
     law = made(walk=walk, slip=slip)
@@ -220,3 +221,34 @@ def test_levelling_integrates_the_tilt_up_to_its_limit():
     assert recall(memory, "pitch") == pytest.approx(np.minimum(-step * pitch * n, most), rel=1e-9)
     up = recall(memory, "pitch")[-1] * FEET[:, 0] + recall(memory, "roll")[-1] * FEET[:, 1]
     assert targets[-1, :, 2] - FEET[:, 2] == pytest.approx(up, abs=1e-9)
+
+
+# Starts, and feet that do not lift.
+
+
+def test_feet_that_stay_down_keep_their_share_of_the_load():
+    """A robot that stands: no foot gives its load back where the schedule would have it lift."""
+    law = made(walk=standing(2.0), suspension=hp.foot_control.VirtualSuspension())
+    _, memory = ticks(law, [loads_on(NAME, PUSHED)] * 450)
+    assert recall(memory, "bearing").min() == 1.0
+    assert recall(memory, "share").min() == 1.0
+
+
+def test_a_standing_foot_knows_that_its_next_swing_does_not_come():
+    plan = PlannedWalk(robot(NAME), standing(2.0))
+    for time in np.linspace(0.11, 4.01, 40):
+        assert plan.table.at(time)[:, 8].min() > 0.99  # half a cycle is the least: a new stance
+
+
+def test_a_robot_that_stands_stays_at_rest_on_its_suspension():
+    run = Recorded(hp.FootControl(standing(2.0), suspension=hp.foot_control.VirtualSuspension()))
+    hp.simulate(hp.Scene(robot(NAME)), run, duration=4.0, sample=0.02)
+    travel = run.recalled("travel")[200:]
+    assert np.ptp(travel, axis=0).max() < 1e-5
+
+
+def test_the_first_tick_of_a_trunk_that_turns_already_slides_no_foot():
+    """A run may begin in motion: the first tick knows of no way of the feet yet."""
+    rate = np.array([0.0, 0.0, 0.2])
+    _, memory = ticks(made(slip=SLIDING), turning_trunk(rate, rate))
+    assert recall(memory, "slid") == pytest.approx(np.zeros((30, 6, 3)), abs=1e-5)

@@ -20,7 +20,7 @@ every_robot = pytest.mark.parametrize("name", ["kharagpur", "athena"])
 
 
 def made(name: str = "kharagpur", walk: Any = None, **parts: Any) -> ReadyLaw:
-    """Return the law of a controller, stable or not; nobody stands on it."""
+    """Return the law of a controller, stable or not."""
     control = hp.FootControl(standing() if walk is None else walk, **parts)
     return ready_law(control, hp.Scene(robot(name), servo=SERVO), refuse=False)
 
@@ -56,12 +56,14 @@ def anticipated(name: str, walk: Any, tick: int, rotation: Any = None):
     memory = None
     for k in range(tick + 1):
         plan = law.walk.table.at(k * T + law.lead)
-        told = loads_on(name, PUSHED * plan[:, 6:7] @ rotation.T, rotation=rotation[None])
-        told = reading(name, plan[:, :3], foot_force=told.foot_force, rotation=told.rotation)
-        target, memory = law.tick(k * T, told, law.first_memory(1) if k == 0 else memory)
+        measured = loads_on(name, PUSHED * plan[:, 6:7] @ rotation.T, rotation=rotation[None])
+        measured = reading(
+            name, plan[:, :3], foot_force=measured.foot_force, rotation=measured.rotation
+        )
+        target, memory = law.tick(k * T, measured, law.first_memory(1) if k == 0 else memory)
     six = leg_group(robot(name))
     jacobian = [
-        leg.jacobian(told.q[0, i]) for leg, i in zip(six.legs, six.joint_index, strict=True)
+        leg.jacobian(measured.q[0, i]) for leg, i in zip(six.legs, six.joint_index, strict=True)
     ]
     given = [j @ (j.T / 100.0) for j in jacobian]
     loads = [
@@ -75,7 +77,7 @@ def moments(feet: np.ndarray, loads: np.ndarray, centre: np.ndarray) -> np.ndarr
 
 
 @every_robot
-def test_three_standing_feet_are_to_bear_what_statics_says(name):
+def test_three_standing_feet_carry_the_load_of_statics(name):
     """The tripod in mid-swing: three loads from three equations of balance, the others none."""
     walk = hp.KinematicControl(hp.Gait.tripod(cycle_time=2.0))
     loads, feet, share = anticipated(name, walk, 300)
@@ -120,12 +122,12 @@ def test_anticipation_uses_the_servos_give_in_the_standing_posture():
     assert (plan - target[0])[:, 2].min() > 0.0  # pushed into the ground
 
 
-# what is felt ---------------------------------------------------------------------------------
+# measured forces ---------------------------------------------------------------------------------
 
 
 @every_robot
 def test_measured_forces_are_turned_into_trunk_axes(name):
-    """Sensors tell world axes; the rotation takes trunk axes to world axes."""
+    """Sensors measure in world axes; the rotation takes trunk axes to world axes."""
     force = np.random.default_rng(1).uniform(1.0, 9.0, (6, 3))
     rotation = Rotation.from_rotvec((0.1, -0.2, 0.8)).as_matrix()
     _, memory = ticks(made(name), [loads_on(name, force @ rotation.T, rotation=rotation[None])])
@@ -144,9 +146,9 @@ def test_a_foot_that_lands_early_stays_where_it_is_while_the_trunk_turns(name):
     memory, places = law.first_memory(1), []
     for k in range(800):
         plan = law.walk.table.at(k * T + law.lead)
-        told = loads_on(name, PUSHED * np.maximum(plan[:, 6:7], plan[:, 7:8] > 0.8))
-        told = reading(name, plan[:, :3], foot_force=told.foot_force)
-        target, memory = law.tick(k * T, told, memory)
+        measured = loads_on(name, PUSHED * np.maximum(plan[:, 6:7], plan[:, 7:8] > 0.8))
+        measured = reading(name, plan[:, :3], foot_force=measured.foot_force)
+        target, memory = law.tick(k * T, measured, memory)
         x, y, yaw = path.body_pose([k * T + law.lead])[0]
         turn = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
         early = recall(memory, "mode")[0] == EARLY
@@ -165,8 +167,8 @@ def internal(name: str, tangential: np.ndarray, load: np.ndarray, rotation: Any 
     """Return the errors of the PID (6, 3), trunk axes, for forces in trunk axes."""
     rotation = np.eye(3) if rotation is None else rotation
     force = np.column_stack([tangential, load])
-    told = loads_on(name, force @ rotation.T, rotation=rotation[None])
-    target, memory = ticks(made(name, slip=FORCED), [told])
+    measured = loads_on(name, force @ rotation.T, rotation=rotation[None])
+    target, memory = ticks(made(name, slip=FORCED), [measured])
     error = recall(memory, "error")[0]
     plan = leg_group(robot(name)).neutral_feet
     assert target[0] - plan == pytest.approx(1e-5 * error, abs=1e-12)  # feet give way along it

@@ -1,4 +1,4 @@
-"""The doors of the formulations: what they list, and the verbs that two of them share."""
+"""The rooms of the formulations: their names, and the verbs that two of them share."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ import hexapod_pin as hp
 from hexapod_pin.formulations import inverse, maximal, rigid
 from hexapod_pin.formulations.conserved import ConservedQuantities
 
-DOORS = (inverse, maximal, rigid)
+ROOMS = (inverse, maximal, rigid)
 VERBS = ("initial_state", "derivative", "energy", "integrate")
-LISTED = [(door, name) for door in DOORS for name in door.__all__]
+LISTED = [(room, name) for room in ROOMS for name in room.__all__]
 
 
-@pytest.mark.parametrize("door", DOORS, ids=lambda door: door.__name__)
-def test_names_are_listed_once_and_sorted(door) -> None:
-    assert door.__all__ == sorted(set(door.__all__))
+@pytest.mark.parametrize("room", ROOMS, ids=lambda room: room.__name__)
+def test_names_are_listed_once_and_sorted(room) -> None:
+    assert room.__all__ == sorted(set(room.__all__))
 
 
-@pytest.mark.parametrize(("door", "name"), LISTED, ids=lambda part: getattr(part, "__name__", part))
-def test_listed_names_exist_and_are_documented(door, name: str) -> None:
-    found = getattr(door, name)
+@pytest.mark.parametrize(("room", "name"), LISTED, ids=lambda part: getattr(part, "__name__", part))
+def test_listed_names_exist_and_are_documented(room, name: str) -> None:
+    found = getattr(room, name)
     assert callable(found)
     assert (inspect.getdoc(found) or "").strip()
 
@@ -31,7 +31,7 @@ def test_listed_names_exist_and_are_documented(door, name: str) -> None:
 @pytest.mark.parametrize("verb", VERBS)
 def test_verbs_take_the_same_first_arguments(verb: str) -> None:
     """A reader can lay the formulations side by side."""
-    signatures = [list(inspect.signature(getattr(door, verb)).parameters) for door in DOORS[1:]]
+    signatures = [list(inspect.signature(getattr(room, verb)).parameters) for room in ROOMS[1:]]
     shared = {"initial_state": 3, "derivative": 3, "energy": 2, "integrate": 3}[verb]
     assert signatures[0][:shared] == signatures[1][:shared]
 

@@ -21,7 +21,7 @@ BUILDS = {"best": {}, "baseline": {"baseline": True}}
 
 
 def with_dynamics(**how: bool) -> Any:
-    """Every plant made inside computes as told: `fused`, `baseline`."""
+    """Every plant made inside has these settings: `fused`, `baseline`."""
     return mock.patch.object(_native, "plant_settings", partial(_native.plant_settings, **how))
 
 

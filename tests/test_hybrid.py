@@ -62,7 +62,7 @@ def test_a_constrained_step_is_of_second_order() -> None:
 
 
 def test_a_servo_at_its_limit_gives_its_limit() -> None:
-    """A set-point far away: every joint that is asked for more than its effort gives just that."""
+    """A set-point far away: every joint whose demand is above its effort gives just that."""
     robot = hp.load_robot("kharagpur", foot_radius=0.0)
     model = RigidModel(robot)
     far = hp.HoldPosture(np.clip(robot.posture + 0.4, robot.lower, robot.upper))
@@ -113,7 +113,7 @@ def test_the_weight_is_carried_and_the_energy_accounted_for(walk) -> None:
     assert trace.energy["normal_loss"][-1] == pytest.approx(lost, rel=1e-12)
 
 
-def test_what_sticking_asks_is_reported(walk) -> None:
+def test_the_friction_that_sticking_needs_is_reported(walk) -> None:
     """Every foot has a row; with next to no friction all would have slid."""
     assert [row.foot for row in walk.friction_demand] == list(walk.trace.foot_names)
     assert all(row.sliding < 0.05 for row in walk.friction_demand)

@@ -36,11 +36,11 @@ GAIT = hp.Gait.tripod(stroke=0.03)
 DROPPED = object()
 VALUES = [
     "", "x", "x" * 10_000, "\x1b]0;title\x07", 0, -1, 2**62, 1.5, 1e300, -1e300, 5e-324, math.nan,
-    math.inf, -math.inf, True, False, [], [1.0], ["a"], [[1.0]], [{}], {}, {"kind": "x"},
-    {"kind": []}, {"a": {"b": [1]}}, datetime.date(2020, 1, 1), datetime.datetime(2020, 1, 1),
-    datetime.time(1), DROPPED,
+    -math.inf, math.inf, True, False, [], [1.0], ["a"], [[1.0]], {"kind": "x"}, {}, {"kind": []},
+    [{}], {"a": {"b": [1]}}, datetime.date(2020, 1, 1), datetime.datetime(2020, 1, 1),
+    datetime.time(1),
 ]  # fmt: skip
-"""One or more of each type that TOML has; and none."""
+"""Two or more of each type that TOML has, beside each other; and none."""
 
 
 @cache
@@ -111,12 +111,15 @@ def changed(data: dict[str, Any], path: tuple[Any, ...], value: Any) -> str:
 
 @pytest.mark.parametrize("name", READERS)
 def test_every_key_with_a_value_of_every_type(name: str) -> None:
-    """It is read, or refused by an error that names the key or the table that it stands in."""
+    """It is read, or refused by an error that names the key or the table that it stands in.
+
+    Neighbouring keys take the even and the odd values in turn.
+    """
     data, read, found = texts()[name], READERS[name], []
-    for path in places(data):
+    for number, path in enumerate(places(data)):
         if name != "scene" and path[0] == "scene":  # looked at once is enough
             continue
-        for value in VALUES:
+        for value in (*VALUES[number % 2 :: 2], DROPPED):
             try:
                 read(changed(data, path, value))
             except ParameterError as error:
@@ -124,7 +127,7 @@ def test_every_key_with_a_value_of_every_type(name: str) -> None:
                 assert error.name and error.allowed
             except HexapodError:
                 pass
-    assert len(found) > 100
+    assert len(found) > 50
 
 
 @pytest.mark.parametrize(
@@ -147,16 +150,15 @@ def test_every_key_with_a_value_of_every_type(name: str) -> None:
     ],
 )
 def test_a_scene_names_what_is_wrong(path: tuple[Any, ...], value: Any, name: str) -> None:
-    with pytest.raises(ParameterError) as caught:
+    with refused(ParameterError, name):
         hp.Scene.from_toml(changed(texts()["scene"], path, value))
-    assert caught.value.name == name
 
 
 TEXTS = [
     None, b"", b"schema = 1", 3, 1.0, True, [], {}, object(), "x", "\0", "[" * 100_000,
     "a = " + "[" * 5000, "a = " + "{a=" * 300 + "1" + "}" * 300, "a = 1" + "0" * 10_000,
     "a." * 50_000 + "b = 1", "[" + "a." * 50_000 + "b]", "x = {" + '"a".' * 50_000 + "b = 1}",
-    "x" * 10_000_000,
+    "x" * 1_000_000,
 ]  # fmt: skip
 
 

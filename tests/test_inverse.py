@@ -74,7 +74,7 @@ def test_splits_are_the_best_of_what_they_minimise() -> None:
 
 
 def test_cones_and_limits_bind() -> None:
-    """Less friction costs torque, limits are kept, and where nothing is left it says so."""
+    """Less friction costs torque, limits hold, and without a solution there is an error."""
     robot = hp.load_robot("kharagpur")
     q, still = robot.stand().q, np.zeros(24)
     sums = []
@@ -137,7 +137,7 @@ def test_normal_force_margin_is_zero_at_the_tipping_slope() -> None:
     assert signs[0] > 0.0 > signs[1]
 
 
-def test_springs_that_find_no_rest_say_so() -> None:
+def test_springs_without_a_rest_are_refused() -> None:
     """Gravity upwards: nothing presses the feet down."""
     robot = six_feet((0.0, 0.0, 0.0), 0.0, (0.05, 0.07, 0.1)).robot
     model = RigidModel(robot, gravity=(0.0, 0.0, 9.81))

@@ -30,7 +30,7 @@ GROUND = {
     "stairs": hp.Stairs(rise=0.01, run=0.2, count=5, start=0.35),
     "hills": hp.HeightField.random(seed=1, amplitude=0.01, wavelength=0.5),
 }
-SOME = list(itertools.product(NORMAL, FRICTION, GROUND))[::7]
+SOME = list(itertools.product(NORMAL, FRICTION, GROUND))[::9]
 
 
 def walk(normal: str, friction: str, ground: str, **how) -> hp.Trace:

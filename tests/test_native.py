@@ -192,15 +192,3 @@ def test_bias_equals_pinocchio(name: str) -> None:
         expected = pin.nonLinearEffects(robot.model, data, q, v)
         found = _native.evaluate(plant, q, v, np.zeros(18))["bias"]
         assert np.abs(found - expected).max() < 1e-12 * np.abs(expected).max()
-
-
-def test_a_batch_reports_a_case_that_diverges() -> None:
-    """Explicit steps far beyond the stability limit of S2's stiff contact."""
-    scene = hp.Scene(hp.load_robot("kharagpur"), contact=hp.Contact.s2())
-    case = hp.Case(scene, hp.HoldPosture(), duration=0.2, method="rk4", step=2e-3, sample=2e-3)
-    with pytest.raises(hp.errors.DivergenceError):
-        hp.simulate_batch([case], errors="raise")
-    for keep, kept in (("trace", True), ("summary", False)):
-        (error,) = hp.simulate_batch([case], keep=keep)
-        assert isinstance(error, hp.errors.DivergenceError) and "fastest joint" in str(error)
-        assert (error.trace is not None) == kept

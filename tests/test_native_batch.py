@@ -67,15 +67,15 @@ def test_threads_that_do_not_start_are_an_error() -> None:
 
 
 def test_an_abandoned_batch_ends() -> None:
-    """Who stops taking results leaves the rest; the case that cannot be planned came first."""
+    """A caller may stop taking results; the case that cannot be planned came first."""
     scene = hp.Scene(hp.load_robot("kharagpur"))
     good = hp.KinematicControl(hp.Gait.tetrapod(stroke=0.1))
-    impossible = hp.KinematicControl(hp.Gait.tetrapod(stroke=5.0))
+    impossible = hp.HoldPosture(np.full(18, 9.0))
     done = hp.simulation.iterate_batch(
         [Case(scene, good), Case(scene, impossible)], duration=60.0, threads=2
     )
     index, error = next(done)
-    assert index == 1 and isinstance(error, hp.errors.GaitError)
+    assert index == 1 and isinstance(error, hp.errors.ParameterError)
     done.close()
 
 

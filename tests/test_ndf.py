@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 import vehicles
+from method_settings import hc40
 
 import hexapod_pin as hp
 from hexapod_pin.native import _core
@@ -123,33 +124,10 @@ def test_free_flight_follows_the_accuracy_at_order_five() -> None:
     assert runs[1e-12].counters["order_mean"] > 4.7
 
 
-def dropped(kind: str, method: str, accuracy: float, sample: float = 0.25) -> hp.Trace:
-    """HC40: the reference hexapod dropped askew on three grounds; a single run, for its counts."""
-    robot = vehicles.hexa_ref()
-    scene, start, posture = vehicles.drop(robot)
-    law = scene.contact
-    stiffness, slope = {"soft": (1e5, 1e2), "mid": (1e6, 1e3), "stiff": (1e8, 1e4)}[kind]
-    contact = hp.Contact(
-        normal=law.normal.model_copy(update={"stiffness": stiffness}),
-        friction=law.friction.model_copy(update={"slope": slope}),
-    )
-    scene = hp.Scene(robot, contact=contact, servo=scene.servo, stops=NO_STOPS)
-    return hp.simulate(
-        scene,
-        hp.HoldPosture(posture),
-        duration=0.25,
-        sample=sample,
-        initial=start,
-        method=method,
-        accuracy=accuracy,
-        estimate=False,
-    )
-
-
 def test_the_soft_drop_meets_the_file() -> None:
     """The file's own error is 4e-13 in q, 3e-11 in v; its pass mark 1e-6 and 1e-4."""
     wanted = vehicles.HARD_CASES["HC40_hexapod_drop_soft"]["ref"]
-    run = dropped("soft", "ndf", 1e-8)
+    run = hc40("soft", method="ndf", accuracy=1e-8, estimate=False)
     q = np.concatenate([wanted[k] for k in ("base_xyz", "quat_xyzw", "q_joints_pin_order")])
     v = np.concatenate([wanted[k] for k in ("base_v_local", "v_joints")])
     assert np.abs(run.q[-1] - q).max() < 1e-8
@@ -159,15 +137,19 @@ def test_the_soft_drop_meets_the_file() -> None:
 
 @pytest.mark.parametrize(("kind", "most"), [("mid", 5250), ("stiff", 15500)])
 def test_hard_drops_agree_with_extrapolated_euler_within_the_budget(kind: str, most: int) -> None:
-    """Evaluations: those of the study that chose the method. X3 is asked for 1e-7."""
-    run, other = dropped(kind, "ndf", 1e-8), dropped(kind, "extrapolated-euler", 1e-7)
+    """Evaluations: those of the study that chose the method. X3 has 1e-7."""
+    run = hc40(kind, method="ndf", accuracy=1e-8, estimate=False)
+    other = hc40(kind, method="extrapolated-euler", accuracy=1e-7, estimate=False)
     assert np.abs(run.q[-1] - other.q[-1]).max() < 3e-7
     assert run.counters["evaluations"] < most
 
 
 def test_samples_do_not_change_a_run() -> None:
     """Steps pass over samples, and what a contact remembers waits for the steps: equal bits."""
-    fine, coarse = dropped("mid", "ndf", 1e-6, 1e-3), dropped("mid", "ndf", 1e-6, 1e-2)
+    fine, coarse = (
+        hc40("mid", method="ndf", accuracy=1e-6, estimate=False, sample=sample)
+        for sample in (1e-3, 1e-2)
+    )
     assert np.array_equal(fine.q[::10], coarse.q)
     assert np.array_equal(fine.v[::10], coarse.v)
     assert fine.counters["steps"] == coarse.counters["steps"]

@@ -242,8 +242,8 @@ def test_what_does_not_act_is_not_taken(
         with pytest.raises(SystemExit) as stopped:
             main(["walk", "kharagpur", "--prescribed", option, "10", "--duration", "1"])
         assert stopped.value.code != 0
-        said = " ".join(capsys.readouterr().err.split())
-        assert "--kp, --kd = 10" in said and "left out with --prescribed" in said
+        message = " ".join(capsys.readouterr().err.split())
+        assert "--kp, --kd = 10" in message and "left out with --prescribed" in message
         assert not list(tmp_path.iterdir())
     from hexapod_pin.validation.checks.maximal_checks import maximal_twin
 

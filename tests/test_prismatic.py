@@ -56,7 +56,7 @@ def moving_state(robot: hp.Robot, seed: int, height: float) -> tuple[np.ndarray,
     )
 
 
-def test_sliding_joints_are_told_and_held(robot: hp.Robot) -> None:
+def test_sliding_joints_are_recognised_and_held(robot: hp.Robot) -> None:
     slides = [
         name for name, turns in zip(robot.joint_names, robot.turning, strict=True) if not turns
     ]

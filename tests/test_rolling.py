@@ -139,7 +139,8 @@ def test_a_steady_walk_repeats_with_its_roll(robot: Robot) -> None:
     np.testing.assert_allclose(again, path.positions(time), atol=1e-11)
 
 
-def test_a_stroke_beyond_reach_is_refused_as_with_points(robot: Robot) -> None:
+def test_a_stroke_beyond_reach_is_refused_as_with_points() -> None:
+    robot = load_robot("kharagpur", foot_radius=0.03)
     about = ("tripod", "leg lf", "lf_femur_joint", "reach")
     with refused(GaitError, quantity="stroke", about=about) as caught:
         KinematicControl(Gait.tripod(stroke=0.8)).plan(robot, 3.0)

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from conftest import Run
 from fuzz import campaign
+from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.control.foot_control import controller as ready_law
@@ -54,7 +55,7 @@ def bad(q: np.ndarray, value: float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class Sway:
-    """Sways the robot and leans against its tilt; at 0.06 s it does what `fault` says."""
+    """Sways the robot and leans against its tilt; at 0.06 s it has the fault `fault`."""
 
     fault: str = ""
     period: float = TICK
@@ -135,7 +136,7 @@ def assert_kept(error: HexapodError, whole: hp.Trace) -> None:
 
 
 def assert_typed(error: HexapodError, fault: str) -> None:
-    """The error names who has done what, and when."""
+    """The error names the call, its fault and the time."""
     if fault in RAISED:
         assert isinstance(error, UserCodeError)
         assert (error.call, error.time) == ("Sway.update", pytest.approx(END))
@@ -426,9 +427,8 @@ def test_attributes_of_a_controller_are_checked(name: str, value: Any) -> None:
 
     controller = Odd()
     setattr(controller, name, value)
-    with pytest.raises(ParameterError) as caught:
+    with refused(ParameterError, f"controller.{name}"):
         hp.simulate(SCENE, controller, duration=0.02)
-    assert caught.value.name == f"controller.{name}"
 
 
 def test_the_campaign_finds_bare_errors_of_the_controllers_of_the_package(
@@ -443,8 +443,8 @@ def test_the_campaign_finds_bare_errors_of_the_controllers_of_the_package(
     def of_a_user(_: Any) -> None:
         hp.simulate(SCENE, Sway("KeyError"), duration=DURATION)
 
-    for name, door in (("package", of_the_package), ("user", of_a_user)):
-        monkeypatch.setitem(campaign.DOORS, name, door)
+    for name, entry in (("package", of_the_package), ("user", of_a_user)):
+        monkeypatch.setitem(campaign.DOORS, name, entry)
     assert campaign.attempt("package", 0).kind == campaign.FAULT
     assert campaign.attempt("user", 0).kind == campaign.REFUSED
 
@@ -452,9 +452,9 @@ def test_the_campaign_finds_bare_errors_of_the_controllers_of_the_package(
 # sessions -------------------------------------------------------------------------------------
 
 
-def led(session: hp.Session, last: int) -> None:
+def led(session: hp.Session, ticks: range) -> None:
     """Lead a session over ticks."""
-    for k in range(last):
+    for k in ticks:
         session.advance(k * TICK)
         session.command(q=ROBOT.posture + 0.02 * np.sin(40.0 * k * TICK), ramp=TICK)
 
@@ -462,20 +462,18 @@ def led(session: hp.Session, last: int) -> None:
 @pytest.mark.parametrize("value", [np.full(18, np.nan), np.zeros(3), "straight", None, 1j])
 def test_a_session_goes_on_after_a_command_that_is_refused(value: Any) -> None:
     whole, session = hp.Session(SCENE), hp.Session(SCENE)
-    led(whole, 20)
-    led(session, 12)
+    led(whole, range(20))
+    led(session, range(12))
     given = {"torque": np.full(18, np.inf)} if value is None else {"q": value}
     with pytest.raises(ParameterError):
         session.command(**given)
-    for k in range(12, 20):
-        session.advance(k * TICK)
-        session.command(q=ROBOT.posture + 0.02 * np.sin(40.0 * k * TICK), ramp=TICK)
+    led(session, range(12, 20))
     assert np.array_equal(whole.trace().q, session.trace().q)
 
 
 def test_ctrl_c_in_a_session_carries_what_was_done() -> None:
     session = hp.Session(SCENE)
-    timer = threading.Timer(0.3, signal.raise_signal, (signal.SIGINT,))
+    timer = threading.Timer(0.1, signal.raise_signal, (signal.SIGINT,))
     timer.start()
     try:
         with pytest.raises(SimulationInterrupted) as caught:
@@ -561,8 +559,6 @@ class Sway:
         if self.fault and time > 0.0599:
             if self.fault == "exit":
                 sys.exit(0)
-            if self.fault == "nan":
-                return hp.feedback.Command(q * np.nan), state
             raise RuntimeError("the motor is hot")
         return hp.feedback.Command(q, ramp=True), state + 1.0
 
@@ -574,7 +570,7 @@ hp.register_controller("sway-FAULT", lambda data: Sway(data["fault"]))
 """
 
 
-@pytest.mark.parametrize("fault", ["raise", "nan", "exit"])
+@pytest.mark.parametrize("fault", ["raise", "exit"])
 def test_a_case_that_ends_early_leaves_its_trace(run: Run, tmp_path: Path, fault: str) -> None:
     (tmp_path / "sway.py").write_text(MODULE.replace("FAULT", fault))
     text = hp.Case(SCENE, hp.HoldPosture(), duration=DURATION).to_toml()

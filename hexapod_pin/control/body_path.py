@@ -6,14 +6,16 @@ and falls back to 0 where the body stops.
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.gait import Gait
+from hexapod_pin.control.joint_trajectory import cycles_between
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.robot.rotations import yawed
@@ -27,30 +29,27 @@ within 2 % of the stroke (one cycle would let the last leg to lift off trail fur
 """
 
 
-class PlanarMotion(Protocol):
+class PlanarMotion(ABC):
     """The planned motion of a base in the plane, from rest at t = 0."""
 
-    @property
-    def gait(self) -> Gait:
-        """The gait."""
-        ...
+    gait: Gait
 
     @property
+    @abstractmethod
     def kinks(self) -> Array:
         """Times at which a third derivative of the pose jumps [s]."""
-        ...
+
+    @abstractmethod
+    def pose_and_twist(self, time: Array) -> tuple[Array, Array]:
+        """Return `pose`, and the forward and lateral speed [m/s] and yaw rate [rad/s], (K, 3)."""
 
     def pose(self, time: Array) -> Array:
         """Return x, y [m] and yaw [rad] in the world, from 0 at t = 0. Shape (K,) -> (K, 3)."""
-        ...
-
-    def pose_and_twist(self, time: Array) -> tuple[Array, Array]:
-        """Return `pose`, and the forward and lateral speed [m/s] and yaw rate [rad/s], (K, 3)."""
-        ...
+        return self.pose_and_twist(time)[0]
 
 
 @dataclass(frozen=True)
-class BodyPath:
+class BodyPath(PlanarMotion):
     """The planned motion of the base in the plane, from rest at t = 0.
 
     Attributes:
@@ -65,10 +64,6 @@ class BodyPath:
     def ramp(self) -> float:
         """Duration of speeding up and of slowing down [s]."""
         return RAMP_CYCLES * self.gait.cycle_time
-
-    def pose(self, time: Array) -> Array:
-        """Return x, y [m] and yaw [rad] in the world, from 0 at t = 0. Shape (K,) -> (K, 3)."""
-        return self.pose_and_twist(time)[0]
 
     def pose_and_twist(self, time: Array) -> tuple[Array, Array]:
         """Return `pose`, and the forward and lateral speed [m/s] and yaw rate [rad/s], (K, 3)."""
@@ -174,7 +169,7 @@ class Footholds(Immutable):
         """
         first, last = (placement.min(), placement.max()) if placement.size else (0.0, 0.0)
         count = int(last - first) + 2
-        if count > len(placement):  # a table would be larger than what is asked for
+        if count > len(placement):  # a table would be larger than the result
             here = self.at(placement)
             return here, self.at(placement + 1.0) - here
         table = self.at(np.tile(first + np.arange(count)[:, None], (1, len(self.neutral_feet))))
@@ -188,18 +183,64 @@ TRANSIENT_CYCLES = 2
 """Whole cycles after which the paths are periodic: RAMP_CYCLES + 1 - duty / 2, rounded up."""
 
 
+EVENT_SEPARATION_CYCLES = 1e-6
+"""Events closer than this are one event [cycles]."""
+
+
 @checked
-class WalkSchedule:
-    """What a path of six feet with a `gait` and a `stop_at` [s] answers about its times.
+class WalkSchedule(ABC):
+    """The times and the base of a walk; the base class of `FootPath` and `ArcPath`.
 
     Attributes:
         gait: the gait.
-        stop_at: time at which the robot stands still again [s]; None walks on.
+        stop_at: time at which the robot stands still again [s]; None: no stop.
+        body: the planned motion of the base.
     """
 
     gait: Gait
     stop_at: float | None
+    body: PlanarMotion
     _halt: float
+
+    @abstractmethod
+    def positions_and_velocities(self, time: ArrayLike) -> tuple[Array, Array]:
+        """Return foot centres in the base frame [m] and their rates of change [m/s].
+
+        Args:
+            time: [s]. Shape (K,).
+
+        Returns:
+            Positions and velocities in base axes. Shape (K, L, 3) each.
+        """
+
+    def positions(self, time: ArrayLike) -> Array:
+        """Return foot centres in the base frame [m]. Shape (K,) -> (K, L, 3)."""
+        return self.positions_and_velocities(time)[0]
+
+    def velocities(self, time: ArrayLike) -> Array:
+        """Return d/dt of `positions`, base axes [m/s]. Shape (K,) -> (K, L, 3)."""
+        return self.positions_and_velocities(time)[1]
+
+    def body_pose(self, time: ArrayLike) -> Array:
+        """Return the planned planar pose of the base in the world.
+
+        Args:
+            time: [s]. Shape (K,).
+
+        Returns:
+            x, y [m] and yaw [rad], from 0 at t = 0. Shape (K, 3).
+        """
+        return self.body.pose(np.asarray(time, dtype=float))
+
+    def _events(self, marks: ArrayLike, others: Array, since: float, until: float) -> Array:
+        """Return marks of all legs [cycles after a placement] and other times, as of `events`."""
+        period = self.gait.cycle_time
+        placed = cycles_between(since, until, period)[:, None] + np.array(self.gait.phases)
+        times = ((placed[..., None] + np.asarray(marks)) * period).ravel()
+        times = np.sort(np.concatenate([times, self.body.kinks, others]))
+        margin = EVENT_SEPARATION_CYCLES * period
+        times = times[(times > since + margin) & (times < until - margin)]
+        return times[np.diff(times, prepend=-np.inf) > margin]
 
     @staticmethod
     def earliest_stop(gait: Gait) -> float:

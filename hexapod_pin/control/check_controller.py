@@ -1,4 +1,4 @@
-"""What a controller has and what it returns: checked where it enters a run, under its name."""
+"""Checks of a controller's attributes and results; errors name the controller's class."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ if TYPE_CHECKING:
     from hexapod_pin.robot.robot import Robot
 
 FEEDBACK = ("period", "start", "update")
-"""What a controller that takes part in a run must have."""
+"""Attributes that a closed-loop controller must have."""
 
 TOML = (str, bool, int, float, Decimal, datetime.date, datetime.time)
-"""What TOML holds besides tables and arrays."""
+"""Types of TOML besides tables and arrays."""
 
 
 def check_controller(controller: Any) -> None:
-    """Refuse what can neither plan a run nor take part in it.
+    """Refuse an object that is neither an open-loop nor a closed-loop controller.
 
     Raises:
         ParameterError: names what is missing, or the attribute that cannot be used.
@@ -78,7 +78,7 @@ def settings_of(controller: Any) -> dict[str, Any]:
     """Return a controller's settings, or at least what it is.
 
     Raises:
-        ParameterError: `to_dict` returns what no TOML file can hold; a trace keeps it as TOML.
+        ParameterError: `to_dict` returns what no TOML file can hold; a trace stores it as TOML.
         UserCodeError: it raises.
     """
     to_dict = getattr(controller, "to_dict", None)

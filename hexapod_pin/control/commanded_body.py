@@ -35,7 +35,7 @@ COLUMNS = ("forward", "lateral", "turn_rate")
 
 
 class VelocityCommand(Spec):
-    """Steps of the wanted velocity of the body, each held until the next; the last one stays.
+    """Steps of the commanded velocity of the body, each constant until the next; the last stays.
 
     The body follows smoothly: see `CommandedBody`. Before the first step it stands.
 
@@ -76,7 +76,7 @@ class VelocityCommand(Spec):
         return np.stack(columns, axis=-1).astype(float)
 
     def gaits(self, gait: Gait) -> Iterator[tuple[float, Gait]]:
-        """Yield when each step begins [s], and the gait that walks at its speed for ever.
+        """Yield the begin of each step [s], and the gait that walks at its speed for ever.
 
         The stroke is speed * duty * cycle time.
         """
@@ -84,12 +84,12 @@ class VelocityCommand(Spec):
             self.time, self.twists.tolist(), strict=True
         ):
             speed = float(np.hypot(forward, lateral))
-            asked = {
+            fields = {
                 "stroke": speed * gait.duty * gait.cycle_time,
                 "heading": float(np.arctan2(lateral, forward)) if speed else 0.0,
                 "turn_rate": turn_rate,
             }
-            yield time, gait.with_changes(**asked)
+            yield time, gait.with_changes(**fields)
 
 
 # Planar motion of a body that follows a velocity command, and the footholds it foresees.
@@ -109,7 +109,7 @@ PREDICTION_NODES = 32
 
 
 @dataclass(frozen=True, eq=False)
-class CommandedBody:
+class CommandedBody(PlanarMotion):
     """A body that follows a velocity command: each step's change is followed by a smooth step.
 
     The velocity is the sum of the changes so far, each times 10 s^3 - 15 s^4 + 6 s^5 of its age
@@ -182,15 +182,11 @@ class CommandedBody:
         place = passed[piece] + self._travel(since, t, None, NODES)
         return np.concatenate([place, self.yaw(t)[..., None]], axis=-1), self.twist(t)
 
-    def pose(self, time: Array) -> Array:
-        """Return the pose of `pose_and_twist`. Shape (K, 3)."""
-        return self.pose_and_twist(time)[0]
-
     def foreseen(self, now: Array, then: Array) -> Array:
         """Return the poses expected at some times if the commands stay as they are. (M, 3).
 
         Args:
-            now: when that is asked [s]. Shape (M,).
+            now: times of the prediction [s]. Shape (M,).
             then: the times, later [s]. Shape (M,).
         """
         known = self.known(now + COINCIDENT * self.gait.cycle_time)
@@ -226,7 +222,7 @@ class CommandedBody:
     def _steps(
         self, time: Array, known: NDArray[np.intp] | None
     ) -> tuple[NDArray[np.intp], list[tuple[NDArray[np.intp], NDArray[np.bool_], Array]]]:
-        """Return how many steps are over, and of those under way row, mask and share so far."""
+        """Return how many steps are over, and of the active ones row, mask and share so far."""
         begun = self.known(time) if known is None else np.minimum(self.known(time), known)
         done = np.minimum(np.searchsorted(self._begin, time - self.ramp, side="right"), begun)
         active = []
@@ -238,7 +234,7 @@ class CommandedBody:
     def _travel(
         self, begin: Array, end: Array, known: NDArray[np.intp] | None, nodes: int
     ) -> Array:
-        """Return the way in the world between times (M,) [s], by Gauss' rule [m]. Shape (M, 2)."""
+        """Return the travel in the world between times (M,) [s], by Gauss' rule [m]. (M, 2)."""
         s, weight = np.polynomial.legendre.leggauss(nodes)
         half = 0.5 * (end - begin)[:, None]
         time = begin[:, None] + half * (s + 1.0)
@@ -255,15 +251,15 @@ class CommandedBody:
         if count not in known:
             even = np.arange(count + 1) * step
             marks = np.unique(np.concatenate([even, self.kinks[self.kinks < even[-1]]]))
-            way = self._travel(marks[:-1], marks[1:], None, NODES)
-            known[count] = marks, np.concatenate([np.zeros((1, 2)), np.cumsum(way, axis=0)])
+            travel = self._travel(marks[:-1], marks[1:], None, NODES)
+            known[count] = marks, np.concatenate([np.zeros((1, 2)), np.cumsum(travel, axis=0)])
         found: tuple[Array, Array] = known[count]
         return found
 
 
 @dataclass(frozen=True, eq=False)
 class ForeseenFootholds(Footholds):
-    """Footholds chosen at lift-off, from what is then known of the command.
+    """Footholds chosen at lift-off, from the command up to that time.
 
     Attributes:
         body: the motion of the base, known to each foot up to its lift-off.

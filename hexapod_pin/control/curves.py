@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -23,7 +24,7 @@ class MotionFunction(Spec):
     """A continuously differentiable function of time, with its exact derivatives.
 
     Values have the unit of what the function describes. Where the acceleration jumps it has two
-    values: `inside` tells which one is meant, by a time between this kink and the next.
+    values: `inside`, a time between this kink and the next or the last, selects one.
     """
 
     @abstractmethod
@@ -48,9 +49,9 @@ class MotionFunction(Spec):
         """Return the times not after `end` at which a derivative jumps, or more of them [s]."""
 
     @property
-    @abstractmethod
     def shortest_time(self) -> float:
         """Time in which it is close to a polynomial between kinks; infinite where it is one [s]."""
+        return math.inf
 
     def derivatives(self, time: Array, inside: Array | None = None) -> tuple[Array, Array, Array]:
         """Return value, rate and acceleration; arguments as of `acceleration`."""
@@ -148,11 +149,6 @@ class Waypoints(MotionFunction):
         """Return the times at which a derivative jumps [s]: the fifth, or at the ends the third."""
         return self.time
 
-    @property
-    def shortest_time(self) -> float:
-        """Time in which it is close to a polynomial, from one point to the next [s]."""
-        return float("inf")
-
 
 class Hermite(MotionFunction):
     """The cubic curve through points with given rates, once continuously differentiable.
@@ -198,11 +194,6 @@ class Hermite(MotionFunction):
         """Return the times at which a derivative jumps [s]: those of the points."""
         return self.time
 
-    @property
-    def shortest_time(self) -> float:
-        """Time in which it is close to a polynomial between kinks [s]: it is one."""
-        return float("inf")
-
     def _pieces(self, time: Array, inside: Array) -> tuple[Array, Array, Array, Array, Array]:
         """Return the derivatives 0..3 at the begin of the pieces, and the time since then [s]."""
         t, x, v = (np.array(one) for one in (self.time, self.value, self.rate))
@@ -247,26 +238,14 @@ def adams_step(s: Array) -> tuple[Array, Array, Array]:
     return x**2 * (3.0 - 2.0 * x), 6.0 * x * (1.0 - x), 6.0 - 12.0 * x
 
 
-def adams_step5(s: Array) -> tuple[Array, Array, Array]:
-    """Return ADAMS' STEP5 from 0 to 1 with both derivatives; `s` as of `adams_step`."""
-    x = np.clip(s, 0.0, 1.0)
-    left = 1.0 - x
-    return (
-        x**3 * (10.0 - 15.0 * x + 6.0 * x**2),
-        30.0 * (x * left) ** 2,
-        60.0 * x * left * (left - x),
-    )
-
-
-def adams_havsin(s: Array) -> tuple[Array, Array, Array]:
-    """Return ADAMS' HAVSIN from 0 to 1 with both derivatives; `s` as of `adams_step`."""
-    angle = np.pi * np.clip(s, 0.0, 1.0)
-    half = 0.5 * np.pi
-    return 0.5 - 0.5 * np.cos(angle), half * np.sin(angle), half * np.pi * np.cos(angle)
-
-
 class _Transition(MotionFunction):
     """From one value to another between two times; the shape is that of the final classes.
+
+    Attributes:
+        start: [s].
+        end: after `start` [s].
+        initial: value until `start`; unit of what it describes.
+        final: value from `end` on.
 
     Raises:
         ParameterError: `end` is not after `start`.
@@ -307,11 +286,6 @@ class _Transition(MotionFunction):
         """Return begin and end: there a derivative jumps [s]."""
         return self.start, self.end
 
-    @property
-    def shortest_time(self) -> float:
-        """Time in which it is close to a polynomial between kinks [s]: it is one."""
-        return float("inf")
-
 
 class Step(_Transition):
     """ADAMS' STEP(time, begin, initial, end, final): cubic, the acceleration jumps at both ends.
@@ -336,41 +310,31 @@ class Step(_Transition):
 class Step5(_Transition):
     """ADAMS' STEP5(time, begin, initial, end, final): quintic, twice continuously differentiable.
 
-    Attributes:
-        start: [s].
-        end: after `start` [s].
-        initial: value until `start`; unit of what it describes.
-        final: value from `end` on.
-
-    Raises:
-        ParameterError: `end` is not after `start`.
+    Attributes and errors are those of `Step`.
     """
 
     kind: Literal["step5"] = "step5"
 
     @staticmethod
     def _shape(s: Array) -> tuple[Array, Array, Array]:
-        return adams_step5(s)
+        x = np.clip(s, 0.0, 1.0)
+        left = 1.0 - x
+        rate = 30.0 * (x * left) ** 2
+        return x**3 * (10.0 - 15.0 * x + 6.0 * x**2), rate, 60.0 * x * left * (left - x)
 
 
 class Havsin(_Transition):
     """ADAMS' HAVSIN(time, begin, initial, end, final): half a sine, the acceleration jumps.
 
-    Attributes:
-        start: [s].
-        end: after `start` [s].
-        initial: value until `start`; unit of what it describes.
-        final: value from `end` on.
-
-    Raises:
-        ParameterError: `end` is not after `start`.
+    Attributes and errors are those of `Step`.
     """
 
     kind: Literal["havsin"] = "havsin"
 
     @staticmethod
     def _shape(s: Array) -> tuple[Array, Array, Array]:
-        return adams_havsin(s)
+        angle, half = np.pi * np.clip(s, 0.0, 1.0), 0.5 * np.pi
+        return 0.5 - 0.5 * np.cos(angle), half * np.sin(angle), half * np.pi * np.cos(angle)
 
     @property
     def shortest_time(self) -> float:

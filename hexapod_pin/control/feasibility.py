@@ -1,8 +1,6 @@
-"""A walk is checked for what the robot cannot do: start, steady cycles and stop, on a fine grid.
+"""A walk is checked as a whole: start, steady cycles and stop, every foot target on a fine grid.
 
 The first violation is reported.
-
-One walk is checked as a whole: start, steady cycles and stop, every foot target on a fine grid.
 """
 
 from __future__ import annotations
@@ -32,7 +30,7 @@ CHECKED_CYCLES = 7
 SAMPLES_PER_CYCLE = 300
 
 KEPT_PATHS = 64
-"""How many paths are remembered as checked, whatever the cycle time (0.2 MB each)."""
+"""How many checked paths are cached, whatever the cycle time (0.2 MB each)."""
 
 MIN_NORMALISED_DETERMINANT = 0.02
 """Smallest normalised Jacobian determinant a plan may pass (*assumed*).
@@ -48,7 +46,7 @@ EQUAL_RATES = 1e-9
 """Relative difference of the largest rates of two legs that is taken for rounding."""
 
 SINGULAR = {
-    2: "neither joint moves the foot along the direction of travel or both move it alike",
+    2: "neither joint moves the foot along the direction of travel or both move it equally",
     3: "knee straight or foot under the yaw axis",
 }
 """Singular postures of legs, by the number of their joints."""
@@ -96,10 +94,6 @@ def shortest_cycle(six: LegGroup, gait: Gait) -> float | None:
 
     Its paths are those of the gait's own cycle time, on which they depend where it turns. None
     where the robot cannot walk these paths at any rate.
-
-    Args:
-        six: the robot's legs.
-        gait: the gait.
 
     Raises:
         GaitError: the gait has phases for other legs.
@@ -190,7 +184,7 @@ def _near_singular(leg: LegKinematics, lowest: float) -> Violation:
 def _too_fast(six: LegGroup, rates: Array) -> tuple[Violation, int] | None:
     """Return the violation of the joint that exceeds its velocity limit most, rates (L, K, J).
 
-    Of legs that move alike, up to rounding, the first in gait order is named.
+    Of legs that move equally, up to rounding, the first in gait order is named.
     """
     share = np.abs(rates) / six.max_rate[:, None]
     peak = share.max(axis=(1, 2))
@@ -209,7 +203,7 @@ def _too_fast(six: LegGroup, rates: Array) -> tuple[Violation, int] | None:
 # The refusal of a walk that does not repeat: what fails first, and when.
 
 SEARCH_STEP = 0.02
-"""Spacing of the times at which a target out of reach is looked for [s]."""
+"""Spacing of the times of the search for a target out of reach [s]."""
 
 
 def walk_refusal(six: LegGroup, path: FootPath, end: float, error: ReachError) -> GaitError:
@@ -219,7 +213,7 @@ def walk_refusal(six: LegGroup, path: FootPath, end: float, error: ReachError) -
         six: the legs.
         path: what their feet follow.
         end: duration of the walk [s].
-        error: what the leg says.
+        error: of the leg.
     """
     names = [leg.name for leg in six.legs]
     leg = names.index(error.leg)
@@ -230,7 +224,9 @@ def walk_refusal(six: LegGroup, path: FootPath, end: float, error: ReachError) -
         p_BF = replace(path, legs=None).positions(time)
     row = _first_out_of_reach(six.legs[leg], p_BF[:, leg])
     when = "" if row is None else f"at t = {time[row]:.3g} s "
-    return GaitError(f"gait {path.gait.name}: {when}{_asked(path)}{error}", _culprit(path), None)
+    return GaitError(
+        f"gait {path.gait.name}: {when}{_conditions(path)}{error}", _culprit(path), None
+    )
 
 
 def refuse_impossible_knots(six: LegGroup, path: FootPath, time: Array, q: Array, v: Array) -> None:
@@ -253,16 +249,16 @@ def refuse_impossible_knots(six: LegGroup, path: FootPath, time: Array, q: Array
     violation, row = found
     quantity = "cycle_time" if violation.kind == RATE else _culprit(path)
     raise GaitError(
-        f"gait {path.gait.name}: at t = {time[row]:.3g} s {_asked(path)}{violation.text}",
+        f"gait {path.gait.name}: at t = {time[row]:.3g} s {_conditions(path)}{violation.text}",
         quantity,
         None,
     )
 
 
-def _asked(path: FootPath) -> str:
-    """Say what is asked for beside the gait."""
-    asked = [("the trunk's motion", path.motion), ("the velocity command", path.command)]
-    names = [name for name, value in asked if value is not None]
+def _conditions(path: FootPath) -> str:
+    """Return the text of what is commanded beside the gait."""
+    given = [("the trunk's motion", path.motion), ("the velocity command", path.command)]
+    names = [name for name, value in given if value is not None]
     return f"with {' and '.join(names)}: " if names else ""
 
 

@@ -48,7 +48,7 @@ DEFAULT, GIVEN = "default", "as given"
 
 @dataclass(frozen=True)
 class FittedGait(Immutable):
-    """A gait with how its numbers were chosen: "default", "as given", or the reason.
+    """A gait and the source of its numbers: "default", "as given", or the reason.
 
     Attributes:
         gait: the gait.
@@ -89,7 +89,7 @@ def fit_gait(
     lift: float | None = None,
     **fields: float,
 ) -> FittedGait:
-    """Return a gait that the robot can walk: what is given is kept, the rest is fitted.
+    """Return a gait that the robot can walk, with the values given and the others fitted.
 
     The stroke is 0.14 m (S2's), or 80 % of the largest that the robot can walk where that is less.
     The lift is 0.02 m, or 8 % of the length of a leg where that is less, or 80 % of the largest
@@ -167,8 +167,8 @@ def _slow_enough(robot: Robot, gait: Gait) -> Gait:
 def _refused(robot: Robot, gait: Gait, free: bool) -> GaitError | None:
     """Return why a robot cannot walk a gait; where the cycle is free, at a slow enough one.
 
-    Paths do not depend on the cycle time where a gait does not turn: they are fitted slowly, so
-    that joint rates, which a longer cycle heals, do not shorten the stroke.
+    Paths do not depend on the cycle time where a gait does not turn: they are fitted with a long
+    cycle, so that joint rates do not shorten the stroke.
     """
     try:
         refuse_impossible(robot, gait)
@@ -198,7 +198,7 @@ PREFERRED = ("tetrapod", "wave")
 
 @checked
 def default_gait(robot: Robot) -> str:
-    """Return the name of the gait that a robot walks where none is asked for.
+    """Return the name of a robot's default gait.
 
     "tetrapod" with six legs ([S2]'s) and with eight; "wave" with four, five or seven.
 

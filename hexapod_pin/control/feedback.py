@@ -1,4 +1,4 @@
-"""Closed-loop control: what a controller is told at its ticks, and what it answers.
+"""Closed-loop control: the measurements of a controller at its ticks, and its commands.
 
 Arrays may have leading axes: none for `Session.measure`, one of length B for a controller, whose
 same NumPy code then serves a single run (B = 1) and B runs in lock-step.
@@ -18,13 +18,13 @@ if TYPE_CHECKING:
     import numpy as np
 
 State = Any
-"""What a controller remembers: nothing, numbers, arrays, or mappings and sequences of them."""
+"""Memory of a controller: None, numbers, arrays, or mappings and sequences of them."""
 
 
 @every_step
 @dataclass(frozen=True, eq=False)
 class Measurement:
-    """What a robot could know at one time, n joints and F feet, after leading axes.
+    """Measured quantities at one time, n joints and F feet, after leading axes.
 
     Attributes:
         time: of the measurement [s].
@@ -57,10 +57,10 @@ class Command:
 
     Attributes:
         q: joint angles [rad].
-        v: joint rates [rad/s]; None: 0 where the command is held, those of the way where it ramps.
+        v: joint rates [rad/s]; None: 0 without a ramp, those of the motion with one.
         torque: added to the drives' own [N m]; None: 0.
-        ramp: False: held until the next command. True: the angles go to `q` on a straight way that
-            ends at the next tick.
+        ramp: False: constant until the next command. True: the angles go to `q` at constant rates
+            and arrive at the next tick.
     """
 
     q: Array
@@ -71,18 +71,18 @@ class Command:
 
 @runtime_checkable
 class FeedbackController(Protocol):
-    """A controller that takes part in a run. Pure: its state goes in and comes out.
+    """A closed-loop controller. It is pure: its state is an argument and a result.
 
     Attributes:
         period: time between ticks [s]; tick k is at k * period.
 
     It may also have:
         delay: time from a tick until its command acts [s]; 0 without it.
-        sensors: `Sensors` that it reads through; ideal ones without.
-        gait: the `Gait` it walks, from which the trace knows its cycles.
+        sensors: its `Sensors`; ideal ones without.
+        gait: the `Gait` it walks, which gives the trace its cycles.
         posture: a method (scene) -> joint angles (n,) [rad] in which a run starts.
-        start_key: a method (scene) -> what of the scene `start` makes use of, hashable: cases go in
-            lock-step where it is equal. Without it `start` may look at the robot alone.
+        start_key: a method (scene) -> a hashable value of all that `start` uses of the scene: cases
+            run in lock-step where it is equal. Without it `start` may use the robot alone.
         to_dict: a method that returns its settings as TOML-able data with the key "kind".
     """
 

@@ -37,7 +37,6 @@ from hexapod_pin.control.body_path import (
 )
 from hexapod_pin.control.commanded_body import CommandedBody, ForeseenFootholds
 from hexapod_pin.control.gait import Gait
-from hexapod_pin.control.joint_trajectory import cycles_between
 from hexapod_pin.control.stances import (
     LONGEST_PIECE_CYCLES,
     POINTS,
@@ -60,10 +59,6 @@ if TYPE_CHECKING:
     from hexapod_pin.control.leg_group import LegGroup
 
 
-EVENT_SEPARATION_CYCLES = 1e-6
-"""Events closer than this are one event [cycles]."""
-
-
 @dataclass(frozen=True, eq=False)
 class FootPath(WalkSchedule, Immutable):
     """The planned motion of L feet relative to a level base at its standing height.
@@ -71,13 +66,13 @@ class FootPath(WalkSchedule, Immutable):
     Attributes:
         gait: the gait, with L phases.
         neutral_feet: standing foot centres in the base frame, legs in gait order [m]. (L, 3).
-        stop_at: time at which the robot stands still again on its neutral feet [s]; None walks on.
+        stop_at: time at which the robot stands still again on its neutral feet [s]; None: no stop.
         legs: whose spherical feet roll; None: the feet are points.
         command: velocity to follow instead of the gait's own; None: the gait's stroke, heading and
             turn rate.
         motion: of the trunk relative to the level body; None: the trunk stays level.
         horizon: time until which the roll of the feet is solved at once [s]; 0: until the latest
-            time asked for.
+            time requested.
         body: the planned motion of the base.
         footholds: where the feet stand.
 
@@ -130,26 +125,8 @@ class FootPath(WalkSchedule, Immutable):
         These are the placements and lift-offs of all legs, the ends of the speed ramps and the
         waypoints of the trunk's motion.
         """
-        period = self.gait.cycle_time
-        cycles = cycles_between(since, until, period)
-        placed = cycles[:, None] + np.array(self.gait.phases)
-        times = np.concatenate([placed.ravel(), (placed + self.gait.duty).ravel()]) * period
         kinks = np.zeros(0) if self.motion is None else self.motion.kinks_until(until)
-        times = np.sort(np.concatenate([times, self.body.kinks, kinks]))
-        margin = EVENT_SEPARATION_CYCLES * period
-        times = times[(times > since + margin) & (times < until - margin)]
-        return times[np.diff(times, prepend=-np.inf) > margin]
-
-    def body_pose(self, time: ArrayLike) -> Array:
-        """Return the planned planar pose of the base in the world.
-
-        Args:
-            time: [s]. Shape (K,).
-
-        Returns:
-            x, y [m] and yaw [rad], from 0 at t = 0. Shape (K, 3).
-        """
-        return self.body.pose(np.asarray(time, dtype=float))
+        return self._events((0.0, self.gait.duty), kinks, since, until)
 
     def stance(self, time: ArrayLike) -> NDArray[np.bool_]:
         """Return which feet are planned to be on the ground. Shape (K,) -> (K, L)."""
@@ -185,23 +162,8 @@ class FootPath(WalkSchedule, Immutable):
         """Time in which the trunk's motion is close to a polynomial [s]."""
         return np.inf if self.motion is None else self.motion.shortest_time
 
-    def positions(self, time: ArrayLike) -> Array:
-        """Return foot centres in the base frame [m]. Shape (K,) -> (K, L, 3)."""
-        return self.positions_and_velocities(time)[0]
-
-    def velocities(self, time: ArrayLike) -> Array:
-        """Return d/dt of `positions`, base axes [m/s]. Shape (K,) -> (K, L, 3)."""
-        return self.positions_and_velocities(time)[1]
-
     def positions_and_velocities(self, time: ArrayLike) -> tuple[Array, Array]:
-        """Return foot centres in the base frame [m] and their rates of change [m/s].
-
-        Args:
-            time: [s]. Shape (K,).
-
-        Returns:
-            Positions and velocities in base axes. Shape (K, L, 3) each.
-        """
+        """Return foot centres in the base frame [m] and their rates of change [m/s]. (K, L, 3)."""
         t = np.asarray(time, dtype=float)
         p_WF, v_WF, _ = self._feet(t)
         if self.legs is not None and self.legs.radius.any() and t.size:
@@ -385,7 +347,7 @@ class _Rolling:
 def _solve(rolling: _Rolling, pieces: Stances, until: float) -> tuple[Array, Array]:
     """Return d' at the points (L, P, POINTS, 2) [m/s] and d where each piece begins (L, P, 2) [m].
 
-    Pieces after `until` [s] only say where swings lead to: out of reach they do not roll.
+    Pieces after `until` [s] only serve as ends of swings: out of reach they do not roll.
 
     Raises:
         ReachError: a leg cannot reach where its foot would be.

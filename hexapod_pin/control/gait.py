@@ -1,10 +1,10 @@
-"""A gait says which foot is placed when, how far, how high and where to.
+"""A gait defines which foot is placed when, how far, how high and in which direction.
 
 A gait is a periodic table. Leg i is placed on the ground at the times (k + phases[i]) cycle_time,
 stays for duty * cycle_time, and swings for the rest: a swing ends at its placement. Six legs are
 in the order lf lm lr rf rm rr; 4, 5, 7 or 8 legs as `leg_order` gives it: left from front to rear,
 then right from front to rear.
-[S2]'s leg numbers 1..6 are lf rf lm rm lr rr (odd = left: *assumed*, the paper does not say).
+[S2]'s leg numbers 1..6 are lf rf lm rm lr rr (odd = left: *assumed*, not given in the paper).
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ def _fraction(value: float) -> float:
     return 0.0 if part > 1.0 - PHASE_TOLERANCE else part
 
 
-# Gaits: which foot is placed when, how far, how high and where to.
+# Gaits: phases with stroke, lift, timing and direction.
 
 LEG_ORDER = ("lf", "lm", "lr", "rf", "rm", "rr")
 """Six legs in the order of `Gait.phases`."""
@@ -101,7 +101,7 @@ class Gait(Spec):
     """A periodic gait with its stroke, timing and direction.
 
     Attributes:
-        name: what it is called.
+        name: of the gait.
         phases: placement of each leg as a fraction of the cycle, legs lf lm lr rf rm rr; four to
             eight of them. They may be given as a mapping, leg's name -> phase.
         leg_names: the legs that `phases` belong to, where they were given as a mapping and are not
@@ -159,6 +159,11 @@ class Gait(Spec):
     def with_changes(self, **fields: Any) -> Gait:
         """Return the gait with some fields replaced, validated."""
         return Gait(**{**self.model_dump(), **fields})
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the fields as TOML-able data."""
+        fields = self.model_dump()
+        return {name: list(x) if isinstance(x, tuple) else x for name, x in fields.items()}
 
     def in_one_second(self) -> Gait:
         """Return the gait of the same paths with a cycle of 1 s.

@@ -46,11 +46,11 @@ MAX_CYCLE_DOUBLINGS = 12
 """How often the cycle time is doubled in the search for one that the joints can follow."""
 
 CHECKED_GAITS = 256
-"""How many pairs of robot and gait are remembered as checked."""
+"""How many results for pairs of robot and gait are cached."""
 
 
 def refuse_impossible(robot: Robot, gait: Gait, motion: BodyMotion | None = None) -> None:
-    """Check a whole walk, start to stop, before anything runs; once for a robot and a gait.
+    """Check a whole walk, start to stop, before the run; once for a robot and a gait.
 
     Args:
         robot: the robot.
@@ -77,8 +77,8 @@ def _refuse_motion(six: LegGroup, bodies: LegBodies, gait: Gait, motion: BodyMot
 
     beyond = violation(six, gait, motion)
     found = beyond or collision(six, bodies, gait, motion)
-    asked = ", ".join(f"{name}={value:g}" for name, value in motion.offsets.items())
-    reason = f"gait {gait.name} with BodyMotion({asked}): "
+    offsets = ", ".join(f"{name}={value:g}" for name, value in motion.offsets.items())
+    reason = f"gait {gait.name} with BodyMotion({offsets}): "
     reason += "" if found is None else f"{found.text.rstrip('.')}."
     largest = 0.0 if beyond is None else bisect(reaches, good=0.0, bad=1.0)
     if largest == 0.0 or collision(six, bodies, gait, motion.scaled(largest)) is not None:
@@ -99,18 +99,18 @@ def refuse_impossible_command(
     Raises:
         GaitError: naming the time of the command, and the largest speed that works.
     """
-    for time, asked in command.gaits(gait):
+    for time, steady in command.gaits(gait):
         if time > until:
             return
         try:
-            refuse_impossible(robot, asked)
+            refuse_impossible(robot, steady)
         except GaitError as error:
             quantity, limit = error.quantity, error.limit
             hint = ""
             if quantity == "stroke" and limit is not None:
                 quantity, limit = "speed", limit / (gait.duty * gait.cycle_time)
                 hint = f" That is a speed of at most {limit:.4g} m/s."
-            where = f"VelocityCommand at t = {time:g} s ({asked.speed:.4g} m/s)"
+            where = f"VelocityCommand at t = {time:g} s ({steady.speed:.4g} m/s)"
             raise GaitError(f"{where}: {error}{hint}", quantity, limit) from None
 
 
@@ -141,13 +141,7 @@ def _find_refusal(
 
 
 def refusal(found: Violation, works: Callable[[Gait], bool], gait: Gait) -> GaitError:
-    """Return the error that says what to change, and how far.
-
-    Args:
-        found: the violation of `gait`.
-        works: tells whether another gait can be walked.
-        gait: the refused gait.
-    """
+    """Return the error that names what to change, and how far."""
     reason = f"gait {gait.name}: {found.text.rstrip('.')}."
     if found.kind == POSTURE:
         return GaitError(reason, "posture", None)
@@ -162,18 +156,24 @@ def _refuse_rate(reason: str, works: Callable[[Gait], bool], gait: Gait) -> Gait
     def slower(cycle_time: float) -> bool:
         return works(gait.with_changes(cycle_time=cycle_time))
 
-    ceiling = gait.cycle_time
+    limit = shortest_working_cycle(slower, gait.cycle_time)
+    if limit is None:
+        return _refuse_path(reason, works, gait)
+    text = f"{reason} With the rest unchanged, cycle_time must be at least {limit:.4g} s."
+    return GaitError(text, "cycle_time", limit)
+
+
+def shortest_working_cycle(works: Callable[[float], bool], cycle_time: float) -> float | None:
+    """Return the shortest cycle time that works, above one that does not [s]; None if not found."""
     for _ in range(MAX_CYCLE_DOUBLINGS):
-        ceiling *= 2.0
-        if slower(ceiling):
-            limit = bisect(slower, good=ceiling, bad=ceiling / 2.0)
-            text = f"{reason} With the rest unchanged, cycle_time must be at least {limit:.4g} s."
-            return GaitError(text, "cycle_time", limit)
-    return _refuse_path(reason, works, gait)
+        cycle_time *= 2.0
+        if works(cycle_time):
+            return bisect(works, good=cycle_time, bad=0.5 * cycle_time)
+    return None
 
 
 def _refuse_path(reason: str, works: Callable[[Gait], bool], gait: Gait) -> GaitError:
-    """Name the largest stroke, lift or turn rate, whichever is the culprit."""
+    """Name the largest stroke, lift or turn rate, whichever has to change."""
 
     def shorter(stroke: float) -> bool:
         return works(gait.with_changes(stroke=stroke))
@@ -224,7 +224,7 @@ SAMPLES_PER_CYCLE = 60
 REFINEMENT = 16
 
 MIN_CLEARANCE = 3e-3
-"""Links that come nearer than this are told of [m] (*assumed*)."""
+"""Links that come nearer than this are reported [m] (*assumed*)."""
 
 TOUCHING = 1e-6
 """An overlap up to this is rounding [m]: the links just touch."""
@@ -253,7 +253,7 @@ class Clearance(Immutable):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What a user should hear: links that come very near, and pairs that were not checked."""
+        """Warnings: links that come very near, and pairs that were not checked."""
         found = []
         if self.distance < MIN_CLEARANCE:
             where = f"at {self.time:.3g} s of the walk"
@@ -265,7 +265,7 @@ class Clearance(Immutable):
 
     @property
     def nearness(self) -> str:
-        """How near, in words: "overlap by 0.01 m", "come within 1 mm of each other"."""
+        """How near, as text: "overlap by 0.01 m", "come within 1 mm of each other"."""
         if abs(self.distance) <= TOUCHING:
             return "touch each other"
         if self.distance < 0.0:
@@ -319,7 +319,7 @@ def _clearance(
 def collision(
     six: LegGroup, bodies: LegBodies, gait: Gait, motion: BodyMotion | None = None
 ) -> Violation | None:
-    """Return why legs are in each other's way, or None if they are not.
+    """Return the violation of links that overlap, or None if none do.
 
     Args:
         six: the legs, whose feet can follow the gait.
@@ -350,8 +350,13 @@ def _postures(six: LegGroup, path: FootPath, time: Array, near: Array | None = N
         ReachError: the feet cannot follow.
     """
     p_BF, _ = six.foot_motion(path, time)
-    angles = six.joint_rows(six.kinematics.inverse(p_BF, near), six.posture)
-    base = np.tile([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], (len(time), 1))
+    return with_base(six, six.kinematics.inverse(p_BF, near))
+
+
+def with_base(six: LegGroup, q: Array) -> Array:
+    """Return configurations (K, 7 + n) of legs' angles (L, K, J) [rad], the base at the origin."""
+    angles = six.joint_rows(q, six.posture)
+    base = np.tile([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], (len(angles), 1))
     return np.hstack([base, angles])
 
 

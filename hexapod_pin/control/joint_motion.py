@@ -79,7 +79,7 @@ class JointMotion:
     speed: float = field(default=0.0, kw_only=True)
 
     def __post_init__(self) -> None:
-        """Keep an own copy of the functions, checked."""
+        """Make a checked copy of the functions."""
         joints = isinstance(self.motion, Mapping) and all(isinstance(j, str) for j in self.motion)
         if not joints:
             raise ParameterError("JointMotion.motion", self.motion, "from joint name to function")
@@ -204,7 +204,7 @@ def _checked(joint: Any, given: Any) -> Any:
         raise parameter_error(f"JointMotion.motion[{joint}]", error, given) from error
 
 
-# Whether a quintic joint trajectory keeps the joints' ranges and velocity limits.
+# Whether a quintic joint trajectory stays within the joints' ranges and velocity limits.
 
 RATE_TOLERANCE = 1e-9
 """Share of a velocity limit by which a rate may exceed it."""
@@ -215,11 +215,6 @@ def refuse_beyond_limits(robot: Robot, plan: JointTrajectory, owner: str) -> Non
 
     The Bernstein coefficients enclose the polynomials; extremes are searched for only in intervals
     in which they do not decide.
-
-    Args:
-        robot: whose limits hold.
-        plan: the trajectory.
-        owner: what the error names first.
 
     Raises:
         ParameterError: naming the first joint beyond a limit, the time and the value.

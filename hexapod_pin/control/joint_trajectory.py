@@ -36,9 +36,9 @@ class JointTrajectory(Immutable):
         v: joint rates at the knots [rad/s]. Shape (K, n).
         kind: what joins the knots. "cubic": C1 cubic Hermite curves. "held": each row of `q` holds
             until the next knot, the rate is 0. "linear": straight lines from row to row of `q`; the
-            rate that the drives are told is each knot's `v`, held until the next. The last row of
-            `q` stays. "quintic": polynomials of degree 5 through angle, rate and acceleration at
-            both ends of each interval.
+            drives receive each knot's `v` as their rate until the next. The last row of `q` stays.
+            "quintic": polynomials of degree 5 through angle, rate and acceleration at both ends of
+            each interval.
         cycle_time: period of the gait [s]; None without one.
         steady_from: start of the window in which the reference is periodic [s].
         steady_until: end of that window [s]; not after `steady_from` where the run is too short.
@@ -49,8 +49,7 @@ class JointTrajectory(Immutable):
             None: no offset. Shape (7,).
         acceleration: joint accelerations at the begin and at the end of each interval between
             knots [rad/s^2]: at a knot it may jump. Shape (K - 1, 2, n). "quintic" needs it; with
-            "cubic" it may be given as what the planner knows, and the curves do not follow it;
-            the other kinds have none.
+            "cubic" it is for information, and the curves do not follow it; other kinds have none.
         is_part: whether it is a part of a longer trajectory, which may begin later than at 0.
 
     Raises:
@@ -77,7 +76,7 @@ class JointTrajectory(Immutable):
         return self.kind == "held"
 
     def __post_init__(self) -> None:
-        """Check the arrays and keep them read-only."""
+        """Check the arrays and make them read-only."""
         if self.kind not in get_args(TrajectoryKind):
             raise ParameterError("JointTrajectory.kind", self.kind, str(get_args(TrajectoryKind)))
         for name in ("time", "q", "v", "travel_direction", "start_pose", "acceleration"):

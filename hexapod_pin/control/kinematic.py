@@ -17,10 +17,10 @@ import numpy as np
 from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.body_motion import BodyMotion
-from hexapod_pin.control.body_path import TRANSIENT_CYCLES
+from hexapod_pin.control.body_path import EVENT_SEPARATION_CYCLES, TRANSIENT_CYCLES
 from hexapod_pin.control.commanded_body import VelocityCommand
 from hexapod_pin.control.feasibility import refuse_impossible_knots, walk_refusal
-from hexapod_pin.control.foot_path import EVENT_SEPARATION_CYCLES, FootPath
+from hexapod_pin.control.foot_path import FootPath
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.gait_refusal import refuse_impossible, refuse_impossible_command
 from hexapod_pin.control.joint_trajectory import JointTrajectory, check_duration, whole_cycles
@@ -47,7 +47,7 @@ class KinematicControl:
 
     Attributes:
         gait: the gait.
-        stop_at: time at which the robot stands still again [s]; None walks to the end.
+        stop_at: time at which the robot stands still again [s]; None: no stop.
         body: height, sway and tilt of the trunk beside the walk; None: level, at its height. The
             robot starts in the posture that this gives at t = 0, at rest.
         velocity: speed and turn rate that change while walking, in the place of the gait's stroke,
@@ -102,7 +102,7 @@ class KinematicControl:
 
         Raises:
             GaitError: the robot's legs do not fit the gait, or reach, singularity, joint position
-                or joint velocity limits forbid it; `quantity` and `limit` say what to change and
+                or joint velocity limits forbid it; `quantity` and `limit` are what to change and
                 how far.
             ParameterError: the duration, or a stop too early for starting and stopping.
         """
@@ -117,10 +117,10 @@ class KinematicControl:
         """Return a part of what `plan` gives for a walk whose cycles repeat, bit for bit.
 
         Args:
-            robot: who walks.
+            robot: the robot.
             duration: of the whole walk [s].
             since: the knots begin at an event of the foot paths not after this time [s].
-            until: and go on to one that is not before this [s].
+            until: the knots end at an event that is not before this [s].
 
         Raises:
             GaitError, ParameterError: as `plan`.
@@ -174,27 +174,25 @@ class KinematicControl:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the settings as TOML-able data."""
-        gait = self.gait.model_dump()
         settings: dict[str, Any] = {"kind": "kinematic"}
         if self.stop_at is not None:
             settings["stop_at"] = self.stop_at
         for name in ("body", "velocity"):
             if getattr(self, name) is not None:
                 settings[name] = getattr(self, name).model_dump(mode="json")
-        lists = {name: list(gait[name]) for name in ("phases", "leg_names") if name in gait}
-        return {**settings, "gait": {**gait, **lists}}
+        return {**settings, "gait": self.gait.to_dict()}
 
 
 # Knots of a walk of any length: joint angles and rates, dense enough for cubics between them.
 
 KEPT_STOPS = 16
-"""How many ends of walks that stop are remembered."""
+"""How many ends of walks that stop are cached."""
 
 LEAST_EVENTS = 4
 """Of the foot paths in a cycle: two groups of legs that lift and touch down."""
 
 MOST_KNOTS = 5e7
-"""Most knots planned at once: 15 GB for 18 joints."""
+"""Largest number of knots planned at once: 15 GB for 18 joints."""
 
 BLOCK_KNOTS = 20_000
 """Knots of a walk that does not repeat are made in blocks of about this number."""
@@ -205,7 +203,7 @@ def walk_knots(
 ) -> tuple[Array, Array, Array]:
     """Return knot times (K,) [s], joint angles (K, n) [rad] and rates (K, n) [rad/s].
 
-    They go on to the first event of the foot paths that is not before the end, or to the stop: the
+    They end at the first event of the foot paths that is not before the end, or at the stop: the
     knots of a shorter walk are the first ones of a longer walk.
 
     Args:
@@ -222,7 +220,7 @@ def walk_knots(
     _require_few(end - since, path.gait.cycle_time)
     knots = _repeated(six, path, end, since) if path.periodic else _unrepeated(six, path, end)
     for array in knots:
-        array.setflags(write=False)  # so that a trajectory keeps them without copying
+        array.setflags(write=False)  # so that a trajectory need not copy them
     return knots
 
 
@@ -294,7 +292,8 @@ def _unrepeated(six: LegGroup, path: FootPath, end: float) -> tuple[Array, Array
     share = max(1, int(BLOCK_KNOTS * MAX_KNOT_SPACING * last / events[-1]))
     blocks: list[Knots] = []
     for first in range(0, last, share):
-        tell_planned(first / last)
+        if (listener := _listener.get()) is not None:
+            listener(first / last)
         near = blocks[-1].q[-1] if blocks else None
         blocks.append(_span_knots(six, path, events[first : first + share + 1], near))
     columns = []
@@ -316,7 +315,7 @@ def _span_knots(six: LegGroup, path: FootPath, events: Array, near: Array | None
         spacing[wide] *= 0.5
 
 
-# Who wants to know how far planning has got: a walk without repetition takes long to plan.
+# Progress of planning: a walk without repetition takes long to plan.
 
 _listener: ContextVar[Callable[[float], None] | None] = ContextVar("listener", default=None)
 
@@ -329,10 +328,3 @@ def planning_progress(listener: Callable[[float], None] | None) -> Iterator[None
         yield
     finally:
         _listener.reset(token)
-
-
-def tell_planned(fraction: float) -> None:
-    """Tell whoever listens how much is planned, 0 to 1."""
-    listener = _listener.get()
-    if listener is not None:
-        listener(fraction)

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.control.body_path import TRANSIENT_CYCLES
-from hexapod_pin.control.foot_path import EVENT_SEPARATION_CYCLES, FootPath
+from hexapod_pin.control.body_path import EVENT_SEPARATION_CYCLES, TRANSIENT_CYCLES
+from hexapod_pin.control.foot_path import FootPath
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.leg_group import LegGroup
 

@@ -5,7 +5,7 @@ Four to eight legs of two or three joints each, all with the same number; L legs
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Protocol
@@ -41,7 +41,7 @@ MAX_TURN_OF_TRAVEL = 1e-6
 """Directions of travel that differ by less are one [rad]."""
 
 KEPT_DIRECTIONS = 64
-"""How many sets of legs with their directions of travel are remembered."""
+"""How many sets of legs with their directions of travel are cached."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +99,7 @@ class LegGroup(Immutable):
         )
 
     def along(self, gait: Gait, command: VelocityCommand | None = None) -> LegGroup:
-        """Return the legs with the feet of two-joint legs travelling as a gait, or a command, asks.
+        """Return the legs, the feet of two-joint legs on the course of a gait or a command.
 
         Legs of three joints follow any path: they are returned as they are.
 
@@ -165,7 +165,7 @@ class LegGroup(Immutable):
         return self._joint_angles(p_BF, np.array(begin, dtype=float))
 
     def _joint_angles(self, feet: Array, rows: Array) -> Array:
-        """Return the same for legs of any shape, or raise what says why a leg cannot."""
+        """Return the same for legs of any shape, or raise the error of a leg that cannot."""
         p_BF = np.ascontiguousarray(np.swapaxes(feet, 0, 1))
         start = np.swapaxes(rows[:, self.joint_index], 0, 1)
         return self.joint_rows(self.kinematics.inverse_each(p_BF, start), rows)
@@ -214,15 +214,6 @@ def leg_group(robot: Robot) -> LegGroup:
     )
 
 
-def walking_legs(robot: Robot) -> list[LegKinematics]:
-    """Return the legs in gait order, one by one.
-
-    Raises:
-        GaitError: the robot has no legs that a gait can move.
-    """
-    return list(leg_group(robot).legs)
-
-
 @checked
 def leg_order(robot: Robot) -> tuple[str, ...]:
     """Return the names of a robot's legs in gait order, that of `Gait.phases`.
@@ -238,11 +229,6 @@ def leg_order(robot: Robot) -> tuple[str, ...]:
 
 def require_six_of_three(robot: Robot, what: str, *, held: bool = True) -> LegGroup:
     """Return the legs of a robot with the six three-joint legs that something needs.
-
-    Args:
-        robot: the robot.
-        what: needs them.
-        held: whether other joints may be held.
 
     Raises:
         GaitError: the robot has other legs, or held joints; it names what needs them.
@@ -267,10 +253,10 @@ def require_six_of_three(robot: Robot, what: str, *, held: bool = True) -> LegGr
 
 
 def _in_gait_order(legs: list[LegKinematics]) -> list[LegKinematics]:
-    """Return legs as `leg_order` says: around the robot from the front over the left, in halves."""
+    """Return legs in the order of `leg_order`: around from the front over the left, in halves."""
     if sorted(leg.name for leg in legs) == sorted(LEG_ORDER):
         return sorted(legs, key=lambda leg: LEG_ORDER.index(leg.name))
-    feet = neutral_feet(legs)[:, :2]
+    feet = np.array([leg.forward(leg.posture) for leg in legs])[:, :2]
     x, y = (feet - feet.mean(axis=0)).T
     angle = np.mod(np.arctan2(y, x) + STRAIGHT_AHEAD, 2.0 * np.pi)
     around = [legs[k] for k in np.argsort(angle, kind="stable")]
@@ -296,7 +282,7 @@ def _directions(legs: LegGroup, twists: Array) -> Array:
         leg = legs.legs[int(np.argmax(aside.any(axis=0)))]
         raise GaitError(
             f"leg {leg.name} has two joints: its foot follows one direction of travel, and this "
-            "velocity command asks for several. Keep the ratio of speeds and turn rate.",
+            "velocity command requires several. Keep the ratio of speeds and turn rate.",
             "velocity",
             None,
         )
@@ -306,15 +292,10 @@ def _directions(legs: LegGroup, twists: Array) -> Array:
 @lru_cache(maxsize=KEPT_DIRECTIONS)
 def _along(legs: LegGroup, directions: tuple[tuple[float, ...], ...]) -> LegGroup:
     """Return legs whose feet travel in these directions, one per leg; always the same instance."""
-    turned = [leg.along(way) for leg, way in zip(legs.legs, directions, strict=True)]
+    turned = [leg.along(one) for leg, one in zip(legs.legs, directions, strict=True)]
     same = all(
         np.array_equal(new.task, old.task)
         for new, old in zip(turned, legs.legs, strict=True)
         if new.task is not None and old.task is not None
     )
     return legs if same else replace(legs, kinematics=LegSet.of(turned))
-
-
-def neutral_feet(legs: Sequence[LegKinematics]) -> Array:
-    """Return the foot centres of the standing posture in the base frame [m]. Shape (L, 3)."""
-    return np.array([leg.forward(leg.posture) for leg in legs])

@@ -9,7 +9,8 @@ from hexapod_pin.arguments import checked
 from hexapod_pin.control.arc_walk import ArcWalk
 from hexapod_pin.control.body_motion import BodyMotion
 from hexapod_pin.control.commanded_body import VelocityCommand
-from hexapod_pin.control.foot_control.controller import NUMBERS, PARTS, FootControl
+from hexapod_pin.control.foot_control.controller import FootControl
+from hexapod_pin.control.foot_control.parameters import NUMBERS, PARTS
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.joint_motion import JointMotion
 from hexapod_pin.control.kinematic import KinematicControl
@@ -17,7 +18,7 @@ from hexapod_pin.control.sampled_trajectory import HoldPosture, SampledTrajector
 from hexapod_pin.errors import HexapodError, ParameterError
 
 Reader = Callable[[Mapping[str, Any]], Any]
-"""Takes what `to_dict` gave, the key "kind" included, and returns the controller."""
+"""Takes the result of `to_dict`, the key "kind" included, and returns the controller."""
 
 
 def table(
@@ -117,8 +118,8 @@ def register_controller(kind: str, reader: Reader) -> None:
     """Make controllers of a class of your own readable, so that cases with them can be saved.
 
     Args:
-        kind: what `to_dict()["kind"]` of the class is.
-        reader: makes a controller from what `to_dict` gave, one mapping with "kind" in it.
+        kind: `to_dict()["kind"]` of the class.
+        reader: makes a controller from the result of `to_dict`, a mapping with "kind" in it.
 
     Raises:
         ParameterError: another reader is registered for that kind.
@@ -145,7 +146,7 @@ def read_controller(data: Any) -> Any:
     if not isinstance(kind, str) or kind not in _READERS:
         raise ParameterError(
             "controller.kind", kind, f"one of {', '.join(_READERS)}",
-            "Import what defines it; register_controller makes a class of your own known.",
+            "Import the module that defines it; register_controller adds a class of your own.",
         )  # fmt: skip
     try:
         return _READERS[kind](data)
@@ -156,7 +157,7 @@ def read_controller(data: Any) -> Any:
 
 
 def controller_to_dict(controller: Any) -> dict[str, Any]:
-    """Return a controller's settings, refused where nothing could read them back.
+    """Return a controller's settings; refuse those that cannot be read back.
 
     Raises:
         ParameterError: the class has no `to_dict`, or no reader for its "kind".

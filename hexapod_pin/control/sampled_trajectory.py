@@ -33,8 +33,8 @@ class SampledTrajectory:
 
     A new set-point is a coordinated linear move: all joints leave together and arrive together
     after T = max_j |dq_j| / velocity_j, the URDF's velocity limits, and stay. The next one begins
-    where an unfinished move has come to. The rate that the drives are told is 0 throughout: a
-    sender of positions sends no rates, so drives lag behind by kd / kp times the joint's rate.
+    where an unfinished move has come to. The rate set-point of the drives is 0 throughout, so they
+    lag behind by kd / kp times the joint's rate.
 
     Attributes:
         time: when each begins, strictly increasing from 0 [s]. Shape (K,).
@@ -48,7 +48,7 @@ class SampledTrajectory:
     limited: bool = field(default=True, kw_only=True)
 
     def __post_init__(self) -> None:
-        """Keep own, hashable copies."""
+        """Make own, hashable copies."""
         time, q = np.asarray(self.time, dtype=float), np.asarray(self.q, dtype=float)
         if time.ndim != 1 or q.ndim != 2 or len(time) != len(q) or not len(time):
             raise ParameterError(
@@ -60,7 +60,7 @@ class SampledTrajectory:
         object.__setattr__(self, "q", tuple(map(tuple, q.tolist())))
 
     def plan(self, robot: Robot, duration: float) -> JointTrajectory:
-        """Return the reference: linear moves, or held set-points where there is no velocity limit.
+        """Return the reference: linear moves, or constant set-points without a velocity limit.
 
         Raises:
             ParameterError: wrong number of joints, a number not finite or outside its joint's
@@ -139,16 +139,16 @@ def coordinated_moves(time: Array, q: Array, velocity: Array) -> tuple[Array, Ar
     times, angles, here = [float(time[0])], [q[0]], q[0]
     slowness = np.where(velocity > 0.0, 1.0 / np.maximum(velocity, np.finfo(float).tiny), 0.0)
     for begin, end, goal in zip(time[1:], np.append(time[2:], np.inf), q[1:], strict=True):
-        way = goal - here
-        if not way.any():
+        travel = goal - here
+        if not travel.any():
             continue
-        needed = max(float(np.max(np.abs(way) * slowness)), SHORTEST_MOVE)
+        needed = max(float(np.max(np.abs(travel) * slowness)), SHORTEST_MOVE)
         if begin - times[-1] > SAME_TIME:
             times.append(float(begin))
             angles.append(here)
         arrive = begin + needed
         finished = arrive <= end + SAME_TIME
-        here = goal if finished else here + way * ((end - begin) / needed)
+        here = goal if finished else here + travel * ((end - begin) / needed)
         times.append(float(min(arrive, end)))
         angles.append(here)
     return np.array(times), np.stack(angles)
@@ -164,13 +164,13 @@ class HoldPosture:
 
     Attributes:
         q: joint angles, `Robot.joint_names` order [rad], shape (n,); or a mapping from joint name
-            to angle, the others keeping the robot's posture; or None for the robot's posture.
+            to angle, with the robot's posture for the others; or None for the robot's posture.
     """
 
     q: ArrayLike | Mapping[str, float] | None = None
 
     def __post_init__(self) -> None:
-        """Keep an own copy of the angles."""
+        """Make an own copy of the angles."""
         if isinstance(self.q, Mapping):
             own: Any = {str(joint): float(angle) for joint, angle in self.q.items()}
         else:

@@ -30,12 +30,12 @@ LARGEST_SEED = 2**63 - 1
 
 
 class Sensor(Spec):
-    """Errors of one quantity: reading = nearest multiple of the step to (truth + offset + noise).
+    """Errors of one quantity: reading = multiple of the step nearest to (value + offset + noise).
 
     All three numbers are in the unit of the quantity and apply to each of its components.
 
     Attributes:
-        noise: standard deviation of the error that is drawn anew for every reading.
+        noise: standard deviation of the error that is drawn again for every reading.
         bias: standard deviation of the offset, drawn once per run and component.
         quantisation: step of rounding; 0: none. A half step goes to the even multiple.
     """
@@ -46,12 +46,12 @@ class Sensor(Spec):
 
     @property
     def is_ideal(self) -> bool:
-        """Whether readings are the truth."""
+        """Whether readings are the true values."""
         return self.noise == self.bias == self.quantisation == 0.0
 
 
 class Sensors(Spec):
-    """How `Measurement`s are read; ideal unless told otherwise.
+    """How `Measurement`s are read; ideal by default.
 
     Errors are normally distributed, and depend on the seed, the number of the case, the tick,
     the quantity and its component alone: not on which runs go in lock-step, nor on whether a run
@@ -67,7 +67,7 @@ class Sensors(Spec):
         acceleration: of the trunk, trunk axes [m/s^2].
         foot_force: of the ground on the feet, components in world axes [N].
         loaded_threshold: a foot counts as loaded where the magnitude of its force, as read, is
-            above this [N]; 0: as the simulator has it.
+            above this [N]; 0: the true value.
         delay: how long before its tick a measurement was taken [s].
         seed: of all errors; 0 <= seed < 2^63.
     """
@@ -98,7 +98,7 @@ class Sensors(Spec):
 
     @property
     def is_ideal(self) -> bool:
-        """Whether readings are the truth, even if late."""
+        """Whether readings are the true values, even if late."""
         return self.loaded_threshold == 0.0 and all(
             getattr(self, quantity).is_ideal for quantity in QUANTITIES
         )
@@ -120,10 +120,10 @@ class Sensors(Spec):
 
 @checked
 class SensorReader:
-    """Turns the truth at a tick into what a controller is told.
+    """Turns the true values at a tick into the readings of a controller.
 
-    A reading is a function of the case, the tick and the truth: a checkpoint need not hold a
-    reader, and a new one continues where another stopped. What is kept is a cache.
+    A reading is a function of the case, the tick and the true values: a checkpoint need not hold a
+    reader, and a new one continues where another stopped. Its state is only a cache.
 
     Attributes:
         sensors: the settings.
@@ -155,7 +155,7 @@ class SensorReader:
 
         Args:
             tick: number of the control tick, from 0.
-            measurement: the truth; arrays with a leading axis of one row per case.
+            measurement: the true values; arrays with a leading axis of one row per case.
 
         Raises:
             ParameterError: a tick below 0.
@@ -185,7 +185,7 @@ class SensorReader:
 
 
 class _Readings:
-    """Readings of a quantity whose components have independent errors; keeps a block of them."""
+    """Readings of a quantity whose components have independent errors; caches a block of them."""
 
     def __init__(self, errors: SensorErrors) -> None:
         self._source, self._step = errors, errors.sensor.quantisation
@@ -205,7 +205,7 @@ class _Readings:
 
 
 class _RotationReadings:
-    """Readings of the trunk's orientation; keeps a block of small rotations."""
+    """Readings of the trunk's orientation; caches a block of small rotations."""
 
     def __init__(self, errors: SensorErrors) -> None:
         self._source, self._step = errors, errors.sensor.quantisation
@@ -272,7 +272,7 @@ class SensorErrors:
         return tick // BLOCK_TICKS if self.sensor.noise > 0.0 else 0
 
     def draw(self, block: int, components: int) -> Array:
-        """Return the errors of a block, (ticks, B, components); of one tick if all are alike."""
+        """Return the errors of a block, (ticks, B, components); of one tick if all are equal."""
         offset = np.zeros((1, len(self.case_numbers), components))
         if self.sensor.bias > 0.0:
             self._add_normals(offset, self.sensor.bias, OFFSET, 0)

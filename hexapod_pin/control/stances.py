@@ -43,7 +43,7 @@ class Stances:
 
 
 def stances(footholds: Footholds, body: PlanarMotion, until: float, longest: float) -> Stances:
-    """Return the stances of a walk from its start to those under way at some time, and the next.
+    """Return the stances of a walk from its start to those at some time, and the next.
 
     Args:
         footholds: where the feet stand.

@@ -31,7 +31,7 @@ class SetPoints:
     def __call__(self, time: float) -> tuple[Array, Array, Array]:
         """Return angles [rad], rates [rad/s] and accelerations [rad/s^2], (n,) each.
 
-        Of a linear plan the rates are those that the drives are told, and the acceleration is 0.
+        The rates of a linear plan are the set-points of the drives, and the acceleration is 0.
         The acceleration of a cubic between knots h apart is right to O(h^2) of a smooth path; a
         quintic has that of its knots, at a knot the one of the interval that begins there.
         """
@@ -43,7 +43,7 @@ class SetPoints:
         if plan.kind == "linear":
             knot = int(np.searchsorted(plan.time, time, side="right")) - 1
             share = (time - plan.time[knot]) / (plan.time[knot + 1] - plan.time[knot])
-            way = plan.q[knot + 1] - plan.q[knot]
-            return plan.q[knot] + share * way, plan.v[knot], np.zeros(plan.q.shape[1])
+            travel = plan.q[knot + 1] - plan.q[knot]
+            return plan.q[knot] + share * travel, plan.v[knot], np.zeros(plan.q.shape[1])
         position, rate, acceleration = (curve(time) for curve in self._curves)
         return position, rate, acceleration

@@ -1,4 +1,4 @@
-"""A run is compared with a companion of another resolution, and made finer until both agree."""
+"""A run is compared with a second one of another resolution, and refined until both agree."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.simulation.native_run import NativeRun
 from hexapod_pin.simulation.resolution import LARGEST_JUMP, Comparison, next_level
+from hexapod_pin.simulation.run_outcome import run_numbers
 from hexapod_pin.simulation.run_settings import RunSettings
 
 
@@ -36,15 +37,15 @@ class _Ended:
 
 
 class AccuracyControl:
-    """What runs of one case have come to, and which is next.
+    """The runs of one case so far, and which is next.
 
     Attributes:
-        settings: the settings asked for.
+        settings: the settings requested.
         comparisons: of each run with the one before it.
     """
 
     def __init__(self, settings: RunSettings) -> None:
-        """Take the settings asked for; nothing is run yet."""
+        """Store the settings requested; nothing is run yet."""
         self.settings = settings
         self.comparisons: list[Comparison] = []
         self._ended: list[_Ended] = []  # the last two
@@ -58,7 +59,7 @@ class AccuracyControl:
         Args:
             refinement: of the run.
             run: the run.
-            wall_time: to count for it [s]; None: its own, of a run that went on alone.
+            wall_time: to count for it [s]; None: its own, of a run that ran alone.
         """
         self._level = refinement
         self._runs += 1
@@ -67,16 +68,16 @@ class AccuracyControl:
         if not run.good:
             self._diverged.append(run)
             return
-        self._ended = [*self._ended[-1:], _Ended(refinement, run, run.samples(), run.numbers())]
+        self._ended = [*self._ended[-1:], _Ended(refinement, run, run.samples(), run_numbers(run))]
         if len(self._ended) == 2:
             coarser, finer = self._ended
             self._difference = ErrorEstimate.between(finer.samples, coarser.samples, 1.0)
             torque = finer.samples.get("torque", np.zeros(1))
-            excess = self.settings.method_settings.error_ratio(
+            ratio = self.settings.method_settings.error_ratio(
                 self._difference, float(np.abs(torque).max(initial=0.0))
             )
             found = Comparison(
-                coarser.refinement, finer.refinement, excess, events=(coarser.events, finer.events)
+                coarser.refinement, finer.refinement, ratio, events=(coarser.events, finer.events)
             )
             self.comparisons.append(found.after(self.comparisons[-1] if self.comparisons else None))
 
@@ -84,7 +85,7 @@ class AccuracyControl:
         """Return the level of the next run; None where there is to be none.
 
         Raises:
-            DivergenceError: a run and a finer one have left the finite world.
+            DivergenceError: the states of a run and of a finer one are no longer finite.
         """
         second = self.settings.method_settings.first_levels[1]
         if self._level < second:
@@ -102,7 +103,7 @@ class AccuracyControl:
         return min(self._level + LARGEST_JUMP, finest) if self._level < finest else None
 
     def trace(self) -> Trace:
-        """Return the trace of the run that will do, or of the finest, with its error."""
+        """Return the trace of the run that suffices, or of the finest, with its error."""
         return self._chosen.run.trace(
             self._error, self._counters, self._numerics, self._number_errors
         )
@@ -134,7 +135,7 @@ class AccuracyControl:
 
     @property
     def _numerics(self) -> dict[str, Any]:
-        """What trace and summary say of the error: more `Numerics`, and the wall time."""
+        """What trace and summary report of the error: more `Numerics`, and the wall time."""
         error = self._error
         return {
             "wall_time": self._wall_time,
@@ -152,34 +153,33 @@ class AccuracyControl:
         return differences(Summary, finer.numbers, coarser.numbers, self._share)
 
 
-# A run that keeps the accuracy asked for: the case again, finer each time, and compared.
+# The case is run again, finer each time, until it meets the accuracy requested.
 #
-# The first two runs go on side by side, each in a thread of its own. What they differ by says how
-# far the finer one may be from the exact motion; where that is more than was asked, a still finer
-# one follows.
+# The first two runs run side by side, each in a thread of its own. Their difference bounds the
+# error of the finer one; where that is above the accuracy requested, a still finer run follows.
 
 Progress = Callable[[float], None]
 Runner = Callable[[RunSettings, Progress | None], NativeRun]
-"""Runs a case to its end with given settings, telling its progress."""
+"""Runs a case to its end with given settings, and reports its progress."""
 
 
 class _StoppedError(Exception):
-    """The companion of a run that is given up."""
+    """The other run has failed."""
 
 
 class ControlledRun:
-    """One case, run until its estimated error is within what was asked."""
+    """One case, run until its estimated error is within the accuracy requested."""
 
     def __init__(self, settings: RunSettings, run: Runner, progress: Progress | None) -> None:
-        """Take the settings asked for and what runs the case; nothing is run yet."""
+        """Store the settings requested and the function that runs the case."""
         self._settings, self._run, self._progress, self._shown = settings, run, progress, 0.0
 
     def outcome(self) -> AccuracyControl:
-        """Run until the accuracy is kept, or until finer runs would not help.
+        """Run until the accuracy is met, or until finer runs would not help.
 
         Raises:
-            DivergenceError: a run and a finer one have left the finite world.
-            SimulationInterrupted: Ctrl-C; `.trace` holds what the run under way had done.
+            DivergenceError: the states of a run and of a finer one are no longer finite.
+            SimulationInterrupted: Ctrl-C; `.trace` holds the samples of the present run.
         """
         control = AccuracyControl(self._settings)
         begin = time.perf_counter()
@@ -214,7 +214,7 @@ class ControlledRun:
         return self._run(self._settings.at_level(refinement), self._tell)
 
     def _tell(self, fraction: float) -> None:
-        """Tell the progress, which never falls: a finer run begins anew."""
+        """Report the progress, which never falls, though a finer run begins again at 0."""
         self._shown = max(self._shown, fraction)
         if self._progress is not None:
             self._progress(self._shown)

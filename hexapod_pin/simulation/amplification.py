@@ -1,7 +1,7 @@
-"""How an error at t = 0 grows: two runs whose starts differ by a hair.
+"""How an error at t = 0 grows: two runs whose starts differ slightly.
 
-How far apart they are later, over how far they were at the start, is what the motion makes of any
-error made so early: errors that a method has made are carried along in the same way.
+Their later distance over that at the start is the growth of any error made so early, that of a
+method included.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ STEP_ACCURACY = 1e-9
 """Of the steps of both runs [m, rad]."""
 
 ROUND_OFF = 1e-15
-"""Error at t = 0 that no run in double precision can be without [m, rad]."""
+"""Least error at t = 0 of a run in double precision [m, rad]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Amplification(Immutable):
-    """What becomes of an error at t = 0.
+    """The growth of an error at t = 0.
 
     Attributes:
         time: of the samples [s]. Shape (T,).
@@ -70,7 +70,7 @@ class Amplification(Immutable):
     def horizon(self, accuracy: float) -> float:
         """Return the time at which round-off at t = 0 has grown to an accuracy [s].
 
-        Behind it no run in double precision is a prediction. Inf where nothing grows.
+        Beyond it no run in double precision is a prediction. Inf where nothing grows.
 
         Args:
             accuracy: error beyond which a trajectory means nothing [m, rad].

@@ -23,10 +23,10 @@ from hexapod_pin.simulation.session import controlled_loop, lock_step_runs
 from hexapod_pin.user_code import UserCode, user_callback
 
 MOST_THREADS = 1024
-"""More than the processors of any machine that this is for."""
+"""Largest number of threads accepted."""
 
 BatchResult = Trace | Summary | Exception
-"""What a case comes to."""
+"""The result of a case."""
 
 
 @checked
@@ -52,13 +52,13 @@ def simulate_batch(
         cases: what to run. Settings below are for those that have none of their own.
         duration: simulated time [s].
         accuracy: as in `simulate` [m and rad].
-        estimate: as in `simulate`; None: each case as it says itself.
+        estimate: as in `simulate`; None: the setting of each case.
         method: as in `simulate`.
         step: as in `simulate` [s].
         sample: as in `simulate` [s].
-        threads: how many run at a time, no more than there are cases. Controllers that
-            take part in the run are Python and share one; their runs advance on all between ticks.
-        keep: "trace", or "summary": no samples are kept, so that thousands fit into memory.
+        threads: how many run at a time, no more than there are cases. Feedback controllers run in
+            one thread, and their runs advance on all threads between ticks.
+        keep: "trace", or "summary": samples are not stored, so that thousands fit into memory.
         errors: "keep": a case that fails is an entry of the result; "raise": the error of the first
             case that failed is raised, after all have been run.
         limits: as in `simulate`, of each case.
@@ -72,8 +72,8 @@ def simulate_batch(
     Raises:
         ParameterError: threads, keep, errors or a setting out of range; or the system starts no
             more threads.
-        SimulationInterrupted: Ctrl-C; `.results` holds what was done, None for the rest.
-        UserCodeError: `progress` has raised; `.results` too.
+        SimulationInterrupted: Ctrl-C; `.results` holds the results so far, None for the rest.
+        UserCodeError: `progress` has raised; it has `.results`, too.
     """
     if errors not in ("keep", "raise"):
         raise ParameterError("errors", errors, '"keep" or "raise"')
@@ -83,18 +83,18 @@ def simulate_batch(
         chosen, duration=duration, accuracy=accuracy, estimate=estimate, method=method, step=step,
         sample=sample, threads=threads, keep=keep, limits=limits, allow=allow,
     )  # fmt: skip
-    tell = user_callback("progress", progress)
+    report = user_callback("progress", progress)
     try:
         for count, (index, result) in enumerate(done, start=1):
             results[index] = result
-            if tell is not None:
-                tell(count / len(chosen))
+            if report is not None:
+                report(count / len(chosen))
     except UserCodeError as error:
         error.results = results
         raise
     except (KeyboardInterrupt, SimulationInterrupted):
-        kept = sum(result is not None for result in results)
-        text = f"interrupted after {kept} of {len(chosen)} cases"
+        count = sum(result is not None for result in results)
+        text = f"interrupted after {count} of {len(chosen)} cases"
         raise SimulationInterrupted(text, None, results) from None
     found = [result for result in results if result is not None]
     if errors == "raise":
@@ -122,8 +122,7 @@ def iterate_batch(
     """Yield the index and the result of each case as it finishes; arguments as `simulate_batch`.
 
     Cases are taken as threads need them, so that an iterator may make more than fit into memory.
-    An exception among them is the result of its place. Whoever stops taking results abandons the
-    rest.
+    An exception among them is the result of its place. Closing the iterator abandons the rest.
 
     Raises:
         ParameterError: threads, keep or a setting out of range.
@@ -165,29 +164,29 @@ def _settled(case: Case | Exception, settings: Mapping[str, Any]) -> Case | Exce
         return error
 
 
-# The runs of a batch: a few planned ahead of the threads, each let go as soon as it is done.
+# The runs of a batch: a few planned ahead of the threads, each released as soon as it is done.
 
 Result = tuple[int, Trace | Summary | Exception]
-"""Index of a case, and what it came to."""
+"""Index of a case, and its result."""
 
 PATIENCE = 0.1
-"""Time between two looks at the keyboard [s]."""
+"""Time between two checks for Ctrl-C [s]."""
 
 AHEAD = 2
 """Runs that wait for each thread: enough while Python makes a result and plans a case."""
 
 SLICES = 16
-"""Parts of a run that threads share, at least: so they end together."""
+"""Least number of parts into which a run is cut for the threads: so they end together."""
 
 LOCK_STEP = 64
-"""Most runs of one feedback controller side by side."""
+"""Largest number of runs of one feedback controller side by side."""
 
 MOST_WAITING = 4 * LOCK_STEP
-"""Most cases with feedback that wait for others like them."""
+"""Largest number of cases with feedback that wait for others like them."""
 
 
 class BatchRuns:
-    """Cases under way. Open-loop ones run in the pool, the others in lock-step in this thread.
+    """Runs cases: open-loop ones in the pool, the others in lock-step in this thread.
 
     Cases are taken one by one, as threads need them; those with feedback wait for others that run
     beside them.
@@ -199,13 +198,7 @@ class BatchRuns:
         threads: int,
         record: bool,
     ) -> None:
-        """Take the cases, or what forbids them; nothing is planned yet.
-
-        Args:
-            cases: what to run.
-            threads: of the native core.
-            record: whether samples are kept.
-        """
+        """Store the cases; nothing is planned yet. `record`: whether samples are recorded."""
         self.record, self.threads = record, threads
         self.cases = enumerate(cases)
         self.waiting: dict[object, dict[int, Case]] = {}  # with feedback, by what they share
@@ -255,7 +248,7 @@ class BatchRuns:
                     yield job.index, result
 
     def _wait(self, index: int, case: Case) -> list[Result]:
-        """Put a case with feedback to those like it; run them where they are enough."""
+        """Add a case with feedback to those like it; run them where they are enough."""
         try:
             key = _lock_step_key(case, index)
         except Exception as error:
@@ -268,7 +261,7 @@ class BatchRuns:
         return self._live(self.waiting.pop(key))
 
     def _plan(self, index: int, case: Case) -> _Job | Exception:
-        """Plan a case; whatever forbids it is its result."""
+        """Plan a case; an error is its result."""
         try:
             settings = case.settings
             run = open_loop_run(case, settings, record=self.record)
@@ -289,7 +282,7 @@ class BatchRuns:
         return int(pool.add(job.run.rollout, grid.samples, max(1, part)))
 
     def _ended(self, job: _Job) -> Trace | Summary | Exception | None:
-        """Return what a case came to; None where a finer run of it, now the job's, is next."""
+        """Return the result of a case; None where a finer run of it, now the job's, is next."""
         control = job.control
         if control is None:
             return self._result(job.run)
@@ -324,7 +317,7 @@ class BatchRuns:
         return [(k, self._result(run)) for k, run in zip(group, runs, strict=True)]
 
     def _controlled(self, case: Case) -> Trace | Summary | Exception:
-        """Return what a case with feedback comes to whose error is kept: it is run alone."""
+        """Return the result of a case with feedback whose error is controlled: it runs alone."""
         try:
             return self._outcome(controlled_loop(case, record=self.record))
         except SimulationInterrupted:
@@ -333,7 +326,7 @@ class BatchRuns:
             return _without_frames(error)
 
     def _result(self, run: NativeRun) -> Trace | Summary | Exception:
-        """Return what a run came to."""
+        """Return the result of a run."""
         try:
             if self.record:
                 return run.require_good()
@@ -345,7 +338,7 @@ class BatchRuns:
 
 @dataclass
 class _Job:
-    """A case in the pool: its run there, of what level, and what runs before it came to."""
+    """A case in the pool: its run there, the level of the run, and the runs before it."""
 
     index: int
     run: NativeRun
@@ -355,12 +348,12 @@ class _Job:
 
 
 def _without_frames(error: Exception) -> Exception:
-    """Return an error that, if it is one of this package, does not hold the run in memory."""
+    """Return an error that, if it is one of this package, has no reference to the run."""
     return error.with_traceback(None) if isinstance(error, HexapodError) else error
 
 
 def _lock_step_key(case: Case, number: int) -> object:
-    """Return what cases that run side by side share; a case that goes on is alone.
+    """Return what cases that run side by side share; a case from a checkpoint runs alone.
 
     Raises:
         ParameterError: the case has no duration, or its controller's `start_key` is not hashable.
@@ -377,7 +370,7 @@ def _lock_step_key(case: Case, number: int) -> object:
 
 
 def _start_key(case: Case) -> object:
-    """Return what the controller's `start` makes use of, of the case's scene."""
+    """Return what the controller's `start` uses of the case's scene."""
     start_key = getattr(case.controller, "start_key", None)
     if start_key is None:
         return None

@@ -21,7 +21,7 @@ from hexapod_pin.simulation.accuracy_control import ControlledRun
 from hexapod_pin.simulation.case_data import CaseData, case_from_dict, case_to_dict, read_case
 from hexapod_pin.simulation.native_run import NativeRun, open_loop_run
 from hexapod_pin.simulation.run_settings import RunSettings, WorkLimits, chosen_limits
-from hexapod_pin.simulation.session import closed_loop_run, controlled_loop
+from hexapod_pin.simulation.session import controlled_loop, lock_step_runs
 from hexapod_pin.user_code import user_callback
 from hexapod_pin.user_file import read_text, user_path
 
@@ -40,15 +40,10 @@ class Case(CaseData):
     Attributes:
         scene: robot, ground, contact, servos, loads.
         controller: as of `simulate`.
-        initial: state at the start, or a checkpoint to go on from; None: standing.
+        initial: state at the start, or a checkpoint to continue from; None: standing.
         duration: simulated time [s]; None where `simulate_batch` gives one for all.
-        accuracy: as of `simulate` [m and rad].
-        torque_accuracy: as of `simulate` [N m, or a share of the peak such as "1 %"].
-        estimate: as of `simulate`.
-        method: as of `simulate`.
-        step: as of `simulate` [s].
-        sample: as of `simulate` [s].
-        record: as of `simulate`; kept as a tuple, None where everything is recorded.
+        accuracy, torque_accuracy, estimate, method, step, sample: as of `simulate`.
+        record: as of `simulate`, stored as a tuple; None where everything is recorded.
         limits: as of `simulate`; no part of what the case means, and of no file.
 
     Raises:
@@ -154,15 +149,15 @@ def simulate(
         controller: gives the joint set-points: all of them before the run (`KinematicControl`,
             `HoldPosture`), or at its ticks from what it measures (a `FeedbackController`).
         duration: simulated time [s]; 0 returns the initial sample.
-        accuracy: error in positions to keep at the sampled times [m and rad]; default 1e-4. The
-            case is run at two resolutions or more until its estimated error is within it; where
-            that cannot be, `trace.accuracy_kept` is False and `trace.predictable_until` says from
-            what time on.
-        torque_accuracy: instead of it, or beside it: error in torques to keep at the sampled times
-            [N m], or as a share of the largest torque, such as "1 %".
-        estimate: False: a single run, whose steps keep the accuracy; what their errors grow to is
-            not known. None: True, but for a `FeedbackController`. Where True, it is asked anew in
-            every run, and must be as pure as it says.
+        accuracy: largest error in positions at the sampled times [m and rad]; default 1e-4. The
+            case is run at two resolutions or more until its estimated error is within the accuracy;
+            where that is impossible, `trace.accuracy_kept` is False and `trace.predictable_until`
+            is the last time within it.
+        torque_accuracy: largest error in torques at the sampled times [N m], or as a share of the
+            largest torque, such as "1 %"; instead of `accuracy`, or in addition.
+        estimate: False: a single run, each of whose steps meets the accuracy; the error of the
+            whole run is unknown. None: True, except for a `FeedbackController`: with True it is
+            called in every run and must be pure.
         method: "extrapolated-euler" (adaptive, the default), "ndf" (1e-5 and tighter),
             "dop853" (explicit, for references); or with fixed steps "robust", "implicit-euler"
             (the default where a step is given), "rk4".
@@ -173,10 +168,10 @@ def simulate(
             place, force, gap, normal), "com", "energy"; "motion" (time, q, v) always is. Summary
             and torque budget need none of them.
         initial: state at t = 0; default standing at the controller's first set-point. Or a
-            `Checkpoint` (`trace.checkpoint`) to go on from, at its own time.
-        limits: what the run may use, of memory, steps, evaluations and wall time; None: the usual.
-        allow: True, without `limits`: whatever it needs.
-        progress: called with the finished fraction (0..1) now and then.
+            `Checkpoint` (`trace.checkpoint`) to continue from, at its own time.
+        limits: largest memory, steps, evaluations and wall time of the run; None: the defaults.
+        allow: True lifts all limits where `limits` is None.
+        progress: called with the finished fraction (0..1) from time to time.
 
     Returns:
         The trace, with the first sample at the start.
@@ -186,12 +181,11 @@ def simulate(
             that would need more than its limits.
         GaitError, ReachError: the controller cannot do this on this robot.
         StateError: `initial` does not fit the robot.
-        DivergenceError: the run left the finite world; `.trace` holds what was good.
-        WorkLimitError: it has reached a limit, such as steps that shrink for ever; `.trace` too.
-        SimulationInterrupted: Ctrl-C; `.trace` holds what was done, None while planning.
+        DivergenceError: the state is no longer finite; `.trace` holds the samples before.
+        WorkLimitError: the run reached a limit; `.trace` holds its samples.
+        SimulationInterrupted: Ctrl-C; `.trace` holds the samples so far, None while planning.
         UserCodeError: the controller or `progress` has raised.
-        HexapodError: any other ends a run too. After its first step `.trace` holds what was done,
-            by the run that was under way.
+        HexapodError: any other error of the run; `.trace` holds the samples after its first step.
     """
     case = Case(
         scene, controller, initial,
@@ -216,7 +210,8 @@ def run_case(
             if isinstance(case.controller, FeedbackController):
                 if case.settings.estimate:
                     return controlled_loop(case, progress).trace()
-                return closed_loop_run(case, case.settings, progress).require_good()
+                run = lock_step_runs([case], case.settings, progress=progress)[0]
+                return run.require_good()
             run = open_loop_run(case, case.settings, in_parts=True)
     except KeyboardInterrupt:
         text = "interrupted while the run was being planned; nothing was simulated"
@@ -230,9 +225,9 @@ def _open_loop(run: NativeRun, progress: Callable[[float], None] | None) -> Trac
         run.advance(progress)
         return run.require_good()
 
-    def runner(settings: RunSettings, tell: Callable[[float], None] | None) -> NativeRun:
+    def runner(settings: RunSettings, report: Callable[[float], None] | None) -> NativeRun:
         other = run.with_settings(settings)
-        other.advance(tell)
+        other.advance(report)
         return other
 
     return ControlledRun(run.settings, runner, progress).outcome().trace()

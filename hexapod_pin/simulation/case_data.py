@@ -80,12 +80,12 @@ class CaseData(Immutable):
 
     @property
     def settings_key(self) -> tuple[Any, ...]:
-        """What says how it is integrated."""
+        """The settings of the integration."""
         return (self.method, self.accuracy, self.torque_accuracy, self.estimate, self.step)
 
     @property
     def settings(self) -> RunSettings:
-        """How it is run: the method with its number, and the times of its samples.
+        """The method with its accuracy or step, and the times of the samples.
 
         Raises:
             ParameterError: the case has no duration.
@@ -187,15 +187,8 @@ def case_to_dict(case: CaseData, folder: Path | None = None) -> dict[str, Any]:
     return data | ({"initial": run["initial"]} if "initial" in run else {})
 
 
-def run_to_toml(case: CaseData) -> str:
-    """Return what a trace keeps besides scene and controller, as TOML text."""
-    import tomli_w
-
-    return tomli_w.dumps(run_to_dict(case))
-
-
 def run_to_dict(case: CaseData) -> dict[str, Any]:
-    """Return all but scene and controller."""
+    """Return the settings and the start of a case, without scene and controller."""
     given = {name: getattr(case, name) for name in SETTINGS if getattr(case, name) is not None}
     if "record" in given:
         given["record"] = list(given["record"])
@@ -213,7 +206,7 @@ def _initial_to_dict(initial: State | Checkpoint) -> dict[str, Any]:
 
 
 def _without_none(value: Any) -> Any:
-    """Return plain data as TOML can hold it: None, which it has no word for, as a table."""
+    """Return plain data as TOML can hold it: None, which TOML does not have, as a table."""
     if value is None:
         return {"__none__": True}
     if isinstance(value, Mapping):
@@ -297,7 +290,7 @@ def _read_initial(data: Any) -> State | Checkpoint:
 # Parts that many cases share (robot, contact, servos, stops, terrain, walk) are spelt once.
 
 FIXED = (KinematicControl, ArcWalk)
-"""Controllers that never change: their text may be kept."""
+"""Controllers that never change: their text is cached."""
 
 
 def case_digest(case: CaseData) -> str:

@@ -39,11 +39,6 @@ class ControlLoop:
     ) -> None:
         """Start a checked controller of runs of one kind of robot, at one time.
 
-        Args:
-            runs: of one kind of robot, at one time.
-            controller: as of `check_controller`.
-            threads: as of `LockStep`.
-
         Raises:
             ParameterError: its `start` returns what a checkpoint cannot hold.
             UserCodeError: it raises.
@@ -65,7 +60,7 @@ class ControlLoop:
         self.update_name = method_name(controller, "update")
 
     def run_to(self, until: float, progress: Callable[[float], None] | None = None) -> None:
-        """Run until a time [s]; what is due at it comes first when the run goes on."""
+        """Run until a time [s]; events at that time come first when the run continues."""
         together, begin, shown = self.together, self.together.time, 0.0
         while together.alive:
             measure_at = max(0.0, self.measured * self.period - self.sensor_delay)
@@ -90,7 +85,7 @@ class ControlLoop:
         self.measured += 1
 
     def _command(self) -> None:
-        """Ask the controller for the command of a tick, which is still to come where that fails."""
+        """Call the controller for the command of a tick; if it fails, the tick is still to come."""
         measurement = self.reader.read(self.commanded, self.waiting[0])
         time, call = self.commanded * self.period, self.update_name
         with UserCode(call, time):
@@ -103,7 +98,7 @@ class ControlLoop:
         self.commanded += 1
 
     def memory(self) -> dict[str, Any]:
-        """Return what the loop's future depends on beside the runs, for a checkpoint."""
+        """Return the state of the loop without that of the runs, for a checkpoint."""
         return {
             "measured": self.measured,
             "commanded": self.commanded,
@@ -112,10 +107,10 @@ class ControlLoop:
         }
 
     def restore(self, start: Checkpoint) -> None:
-        """Go on from where a loop stood that left its `memory` in a checkpoint.
+        """Continue from a checkpoint that holds the `memory` of a loop.
 
         Raises:
-            ParameterError: it has not, or it had other ticks.
+            ParameterError: the checkpoint holds none, or that of other ticks.
         """
         self.measured, self.commanded = ticks_of(start, "measured"), ticks_of(start, "commanded")
         self.waiting = self._measurements(start.loop.get("waiting"))
@@ -130,7 +125,7 @@ class ControlLoop:
                 "initial.loop", f"a tick that was due at {due:g} s",
                 f"none before the checkpoint at {self.together.time:g} s",
                 "It is of a controller with other ticks or delays: give initial without its loop "
-                "(dataclasses.replace(checkpoint, loop=None)), and the controller starts anew.",
+                "(dataclasses.replace(checkpoint, loop=None)), and the controller starts again.",
             )  # fmt: skip
 
     def _measurements(self, found: Any) -> list[Measurement]:
@@ -168,15 +163,15 @@ def resume(loop: ControlLoop, start: object) -> None:
         raise ParameterError(
             "initial", f"a checkpoint of {start.loop['runs']} runs in lock-step",
             "that of a run of its own",
-            "Run the case alone: its bits are the same, and its controller's state is kept.",
+            "Run the case alone: its bits are the same, and its controller's state is stored.",
         )  # fmt: skip
-    if "state" not in start.loop:  # of a session: the controller starts anew
+    if "state" not in start.loop:  # of a session: the controller starts again
         return
     loop.restore(start)
 
 
 def ticks_of(start: Checkpoint, name: str) -> int:
-    """Return a number of ticks that a loop has left in a checkpoint.
+    """Return a number of ticks of a loop that a checkpoint holds.
 
     Raises:
         ParameterError: it is none.
@@ -206,7 +201,7 @@ def _checked_state(call: str, state: Any, time: float | None = None) -> Any:
     return state
 
 
-# Native runs at one time, side by side: what they read and what they are told, a row for each.
+# Native runs at one time, side by side: their readings and commands, a row for each.
 
 ROUNDING = 1e-9
 """How far a set-point may be beyond its range for rounding [rad, rad/s]."""
@@ -240,7 +235,7 @@ class LockStep:
         self._select()
 
     def _select(self) -> None:
-        """Find the runs that go on."""
+        """Find the runs that continue."""
         self._going = [k for k, run in enumerate(self.runs) if run.good]
         self._rollouts = [self.runs[k].rollout for k in self._going]
 
@@ -320,7 +315,7 @@ class LockStep:
         _native.command_together(self._rollouts, q, v, torque, arrival)
 
     def _rows(self, by: tuple[str, float], name: str, given: Any) -> Array:
-        """Return the checked set-points of the runs that go on."""
+        """Return the checked set-points of the runs that continue."""
         from hexapod_pin import native as _native
 
         try:
@@ -329,8 +324,8 @@ class LockStep:
             found = np.asarray(None)
         if found.dtype.kind not in "biuf":
             allowed = f"real numbers [{UNITS[name]}], all rows of one length"
-            told = f"an array of {found.dtype}" if isinstance(given, np.ndarray) else given
-            raise ParameterError(f"{by[0]}.{name}", told, allowed + at_time(by[1]))
+            value = f"an array of {found.dtype}" if isinstance(given, np.ndarray) else given
+            raise ParameterError(f"{by[0]}.{name}", value, allowed + at_time(by[1]))
         rows = np.ascontiguousarray(found, dtype=float)
         if rows.shape != self._shape:
             allowed = f"of shape {self._shape}{at_time(by[1])}: runs, joints of the robot"

@@ -1,4 +1,4 @@
-"""The integration methods by name, and what each may be asked for."""
+"""The integration methods by name, and the accuracies and steps that each takes."""
 
 from __future__ import annotations
 
@@ -18,23 +18,22 @@ DEFAULT_ACCURACY = 1e-4
 """[m and rad]"""
 
 LOOSEST_TOLERANCE = {"extrapolated-euler": 1e-3, "ndf": 2e-6, "dop853": 1e-3}
-"""Of one step [m and rad]: looser ones hardly make it longer, and mislead the history of ndf."""
+"""Of one step [m and rad]: looser ones hardly make it longer, and spoil the history of ndf."""
 START_RATIO = 10.0
 """Tolerance of level 0 over the accuracy: [-]."""
 LEAST_TOLERANCE = {"extrapolated-euler": 1e-10, "ndf": 1e-13, "dop853": 1e-13}
 """Of one step [m and rad]: below it round-off takes over, or steps become too many."""
 
 SECOND_LEVEL = {"extrapolated-euler": 4, "ndf": 6, "dop853": 4}
-"""Level of the run that is compared with that of level 0 first. Steps of ndf are often bound by its
-history: with a tenth of the tolerance its error may stay as it is, and be taken for none."""
+"""Level of the run that is compared with that of level 0 first. Steps of ndf are often limited by
+its history: with a tenth of the tolerance the error may stay the same and would not be seen."""
 
 HELD_LEVELS = {"extrapolated-euler": 2, "ndf": 0, "dop853": 0}
-"""By how much the second level is finer still where level 0 is held at `LOOSEST_TOLERANCE`, an
-accuracy ten times as loose being asked for: two such runs may both be wrong about which foot
-slides, or whether one touches."""
+"""How many levels finer the second run is where `LOOSEST_TOLERANCE` limits level 0 to a tenth of
+what the accuracy allows: two such runs may both be wrong about which foot slides or touches."""
 
 SENSITIVE_LEVELS = {"extrapolated-euler": 4, "ndf": 0, "dop853": 4}
-"""The same for a scene that is `sensitive`: up to a hundredth of the tolerance."""
+"""The same for a `sensitive` scene: down to a hundredth of the tolerance."""
 
 DEFAULT_STEP = 1e-3
 """[s]"""
@@ -46,14 +45,14 @@ DEFAULT_FIXED_METHOD = "implicit-euler"
 
 @dataclass(frozen=True)
 class Method(Immutable):
-    """One way to integrate.
+    """An integration method.
 
     Attributes:
-        name: what `simulate(method=...)` takes.
-        adaptive: True: keeps a stated accuracy; False: fixed steps.
-        tightest: least accuracy it may be asked for [m and rad]; 0 for fixed steps.
-        loosest: largest accuracy it may be asked for [m and rad]; 0 for fixed steps.
-        about: one line for people.
+        name: value of `simulate(method=...)`.
+        adaptive: True: it meets a given accuracy; False: fixed steps.
+        tightest: least accuracy that it takes [m and rad]; 0 for fixed steps.
+        loosest: largest accuracy that it takes [m and rad]; 0 for fixed steps.
+        about: a description in one line.
     """
 
     name: str
@@ -95,15 +94,15 @@ class MethodSettings:
 
     Attributes:
         method: the method.
-        accuracy: error in positions it shall keep [m and rad]; 0 for fixed steps.
+        accuracy: largest error in positions [m and rad]; 0 for fixed steps.
         step: integration step [s]; 0 for an adaptive method.
-        torque_accuracy: error of torques to keep [N m]; 0: none asked for.
-        torque_share: the same over the largest torque [-]; 0: none asked for.
-        positions: whether that of positions is asked for too.
-        refinement: of an adaptive method whose global error is kept: how finely the run is
-            resolved; tolerances fall to a tenth with four of them. None: `accuracy` is what one
-            step may lose, and nothing is known of the whole run.
-        sensitive: whether the scene is: small errors may turn its motion into another.
+        torque_accuracy: largest error of torques [N m]; 0: not requested.
+        torque_share: the same over the largest torque [-]; 0: not requested.
+        positions: whether `accuracy` was requested, too.
+        refinement: level of resolution of an adaptive method whose global error is controlled:
+            tolerances fall to a tenth with four levels. None: `accuracy` is the tolerance of one
+            step, and the error of the whole run is unknown.
+        sensitive: whether small errors may change the motion of the scene altogether.
     """
 
     method: Method
@@ -117,7 +116,7 @@ class MethodSettings:
 
     @property
     def tolerance(self) -> float:
-        """What one step may lose [m and rad]; 0 for fixed steps."""
+        """Tolerance of one step [m and rad]; 0 for fixed steps."""
         if not self.method.adaptive:
             return 0.0
         loosest = LOOSEST_TOLERANCE[self.method.name]
@@ -127,15 +126,15 @@ class MethodSettings:
 
     @property
     def tolerance_ratio(self) -> float:
-        """How much finer than at level 0: the ratio of tolerances, at least 1."""
+        """Tolerance at level 0 over that of this level, at least 1 [-]."""
         return float(10.0 ** ((self.refinement or 0) / LEVELS_PER_DECADE))
 
     @property
     def first_levels(self) -> tuple[int, int]:
         """Levels of the first two runs of an adaptive method."""
         name = self.method.name
-        held = math.log10(START_RATIO * self.accuracy / LOOSEST_TOLERANCE[name])
-        further = math.ceil(HELD_LEVELS[name] * min(1.0, max(0.0, held - 1e-9)))
+        decades = math.log10(START_RATIO * self.accuracy / LOOSEST_TOLERANCE[name])
+        further = math.ceil(HELD_LEVELS[name] * min(1.0, max(0.0, decades - 1e-9)))
         if self.sensitive:
             further = max(further, SENSITIVE_LEVELS[name])
         return 0, SECOND_LEVEL[name] + further
@@ -150,10 +149,10 @@ class MethodSettings:
         )
 
     def error_ratio(self, error: ErrorEstimate, largest_torque: float) -> float:
-        """Return the largest estimated error over what was asked [-].
+        """Return the largest estimated error over the accuracy requested [-].
 
         Raises:
-            ParameterError: torques are asked for and not recorded.
+            ParameterError: a torque accuracy without recorded torques.
         """
         over = float(error.position.max()) / self.accuracy if self.positions else 0.0
         allowed = self.torque_accuracy or self.torque_share * largest_torque
@@ -165,9 +164,9 @@ class MethodSettings:
 
     @property
     def torque_request(self) -> dict[str, float]:
-        """What is asked of torques, as data; empty where nothing is."""
-        asked = {"torque_accuracy": self.torque_accuracy, "torque_share": self.torque_share}
-        return {name: value for name, value in asked.items() if value}
+        """The torque accuracy requested, as data; empty where there is none."""
+        given = {"torque_accuracy": self.torque_accuracy, "torque_share": self.torque_share}
+        return {name: value for name, value in given.items() if value}
 
 
 def resolve_method(
@@ -176,7 +175,7 @@ def resolve_method(
     step: float | None,
     torque_accuracy: float | str | None = None,
 ) -> MethodSettings:
-    """Return the method meant by what the user gave.
+    """Return the method of the settings given.
 
     Nothing given: "extrapolated-euler" at 1e-4. An accuracy alone: the same at that. A step alone:
     "implicit-euler".
@@ -190,12 +189,12 @@ def resolve_method(
     if found is None:
         raise ParameterError("method", name, f"one of {', '.join(METHODS)}")
     if found.adaptive:
-        asked = _adaptive(found, accuracy, step)
+        settings = _adaptive(found, accuracy, step)
         if torque_accuracy is None:
-            return asked
+            return settings
         size, share = _torque_accuracy(torque_accuracy)
         return replace(
-            asked, torque_accuracy=size, torque_share=share, positions=accuracy is not None
+            settings, torque_accuracy=size, torque_share=share, positions=accuracy is not None
         )
     if torque_accuracy is not None:
         raise ParameterError(
@@ -211,21 +210,21 @@ def resolve_method(
     return MethodSettings(found, 0.0, float(size))
 
 
-def _torque_accuracy(asked: float | str) -> tuple[float, float]:
+def _torque_accuracy(given: float | str) -> tuple[float, float]:
     """Return an accuracy of torques as a size [N m] and as a share of the largest; one is 0.
 
     Raises:
         ParameterError: neither a number above 0 nor a percentage below 100 %.
     """
-    is_share = isinstance(asked, str)
-    text = asked.strip().removesuffix("%") if isinstance(asked, str) else asked
+    is_share = isinstance(given, str)
+    text = given.strip().removesuffix("%") if isinstance(given, str) else given
     try:
         number = float(text) / (100.0 if is_share else 1.0)
     except (TypeError, ValueError):
         number = float("nan")
-    marked = not isinstance(asked, str) or asked.strip().endswith("%")
+    marked = not isinstance(given, str) or given.strip().endswith("%")
     if not (math.isfinite(number) and number > 0.0 and marked and not (is_share and number >= 1.0)):
-        raise ParameterError("torque_accuracy", asked, 'above 0 N m, or a share such as "1 %"')
+        raise ParameterError("torque_accuracy", given, 'above 0 N m, or a share such as "1 %"')
     return (0.0, number) if is_share else (number, 0.0)
 
 
@@ -240,8 +239,7 @@ def _adaptive(method: Method, accuracy: float | None, step: float | None) -> Met
             "accuracy",
             wanted,
             f"{method.tightest:g} to {method.loosest:g} m and rad with method {method.name!r}",
-            "Looser than 1e-5 its history misleads it across stick and slip: "
-            "take extrapolated-euler."
+            "Looser than 1e-5 its history fails across stick and slip: take extrapolated-euler."
             if method.name == "ndf" and wanted > method.loosest
             else "",
         )
@@ -252,7 +250,7 @@ def check_supported(method_settings: MethodSettings, scene: Scene) -> None:
     """Refuse a method that cannot do a scene.
 
     Raises:
-        ParameterError: names the part of the scene and the way out.
+        ParameterError: names the part of the scene and the remedy.
     """
     friction = scene.contact.friction
     if (

@@ -42,7 +42,6 @@ from hexapod_pin.simulation.run_outcome import (
     contact_names,
     failure,
     plain_counters,
-    run_numbers,
     run_record,
     run_summary,
     with_urdf,
@@ -61,13 +60,13 @@ if TYPE_CHECKING:
     from hexapod_pin.simulation.run_settings import RunSettings
 
 PROGRESS_INTERVAL = 0.2
-"""Simulated time between two looks at the keyboard and the progress bar [s]."""
+"""Simulated time between two checks for Ctrl-C and two calls of the progress bar [s]."""
 
 TABLES = {"energy": (*ENERGIES, "push_work")}
 """Tables of the core by the array of a trace that holds them, where they differ."""
 
 OF_START = ("q or v", "contact memories", "impulses", "a command in force")
-"""Begins of what the core says of a start that does not fit the scene."""
+"""How messages of the core begin about a start that does not fit the scene."""
 
 TIME_ROUNDING = 1e-9
 """Share of its time, or of a sampling interval, by which a start may miss a sample and be it."""
@@ -77,7 +76,7 @@ MOST_ROUNDING = 0.25
 
 
 class NativeRun:
-    """A run under way: a native rollout and what its trace has to say about itself."""
+    """A run: a native rollout and the data for its trace."""
 
     def __init__(
         self,
@@ -99,7 +98,7 @@ class NativeRun:
             start: where it starts.
             set_points: what the drives follow until a command arrives.
             controller: for the trace: what controls the run, as TOML-able data.
-            record: whether samples are kept.
+            record: whether samples are recorded.
             groups: of arrays that the samples hold, as of `recorded_groups`.
             parts: what plans more than `set_points`, of which these are the first part.
         """
@@ -174,7 +173,7 @@ class NativeRun:
         return float(self.rollout.time)
 
     def advance(self, progress: Callable[[float], None] | None = None) -> None:
-        """Run to the end in chunks, so that Ctrl-C and a progress bar get their turn.
+        """Run to the end in chunks, between which Ctrl-C and a progress bar are served.
 
         Raises:
             SimulationInterrupted: Ctrl-C; the samples so far are in the error.
@@ -204,13 +203,13 @@ class NativeRun:
         self.wall_time += time.perf_counter() - begin
 
     def interrupted(self) -> SimulationInterrupted:
-        """Return the error of a run that Ctrl-C has ended, with its samples where it keeps them."""
+        """Return the error of a run that Ctrl-C has ended, with its samples if it records any."""
         trace = self.trace() if self.recorded else None
         end = self.time if trace is None else trace.time[-1]
         return SimulationInterrupted(f"interrupted after {end:g} s of simulated time", trace)
 
     def attach_trace(self, error: HexapodError) -> None:
-        """Put the samples so far into an error that ends the run, where it keeps any."""
+        """Put the samples so far into an error that ends the run, where it records any."""
         if isinstance(error, UserCodeError) and error.time is None:
             error.time = self.time
         if self.recorded and self.time > self.start.time:
@@ -231,7 +230,7 @@ class NativeRun:
         numerics: Mapping[str, Any] | None = None,
         errors: Mapping[str, Any] | None = None,
     ) -> Trace:
-        """Return the samples so far, with what is known of their error.
+        """Return the samples so far, with their estimated error.
 
         Args:
             error: of the samples.
@@ -265,7 +264,7 @@ class NativeRun:
         )
 
     def samples(self) -> dict[str, Array]:
-        """Return the samples that errors are estimated of, as arrays of a trace."""
+        """Return the samples whose errors are estimated, as arrays of a trace."""
         record, feet = self.rollout.record(), len(contact_names(self.scene))
         found = {"q": record["q"]}
         if "torque" not in self.omitted:
@@ -274,17 +273,13 @@ class NativeRun:
             found["foot_force"] = record["foot_force"].reshape(-1, feet, 3)
         return found
 
-    def numbers(self) -> Mapping[str, Any]:
-        """Return the numbers of the summary so far."""
-        return run_numbers(self)
-
     def summary(
         self,
         counters: Mapping[str, int | float] | None = None,
         numerics: Mapping[str, Any] | None = None,
         errors: Mapping[str, Any] | None = None,
     ) -> Summary:
-        """Return what the run has come to so far; arguments as of `trace`."""
+        """Return the summary so far; arguments as of `trace`."""
         record, more = run_record(self), dict(numerics or {})
         changed: dict[str, Any] = {}
         if "wall_time" in more:
@@ -307,8 +302,8 @@ class NativeRun:
         """Return the trace, or the one already made.
 
         Raises:
-            DivergenceError: the run left the finite world, or was ended by its limits; names the
-                joint and foot that led.
+            DivergenceError: the state is no longer finite, or the run was ended by its limits; the
+                error names the joint and foot that caused it.
         """
         trace = self.trace() if trace is None else trace
         if self.good:
@@ -324,8 +319,8 @@ def open_loop_run(
     Args:
         case: what is run.
         settings: method, duration and sampling.
-        record: whether the samples are kept that the case asks for; else those alone, of a run
-            whose error is kept, that this takes.
+        record: whether the samples that the case requests are recorded; otherwise only those that
+            the control of the error needs.
         in_parts: whether the run plans a long walk part by part, as `NativeRun.advance` can.
     """
     check_controller(case.controller)

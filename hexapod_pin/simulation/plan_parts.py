@@ -1,4 +1,4 @@
-"""What the drives follow, planned in parts: of a long walk never more than one is in memory."""
+"""Plans of long walks in parts, of which at most one is in memory."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ KNOT_COPIES = 3.0
 """Of a plan in memory while a run begins [-]."""
 
 MARGIN_CYCLES = 2.0
-"""By so many cycles a part goes on beyond its length."""
+"""Cycles by which a part extends beyond its length."""
 
 AHEAD_CYCLES = 1.0
-"""So far the knots go on beyond the time that a run is to reach: multistep methods pass over it."""
+"""Cycles by which the knots extend beyond the time to reach: multistep methods step over it."""
 
 
 @dataclass(frozen=True)
@@ -78,14 +78,14 @@ def plan_of(
         robot: follows it.
         begin: where the run begins [s].
         end: where it ends [s].
-        memory: that a plan may take [bytes].
+        memory: largest memory of a plan [bytes].
         in_parts: whether the run can be given more later.
         sample: time between two samples, where it can be given more [s].
 
     Raises:
-        GaitError, ReachError, ParameterError: as of the controller; or it plans something else
-            than a trajectory of this robot's joints.
-        UserCodeError: it raises.
+        GaitError, ReachError, ParameterError: of the controller; or its plan is no trajectory of
+            this robot's joints.
+        UserCodeError: the controller has raised.
     """
     per_second = KNOT_COPIES * 8.0 * (2 * len(robot.joint_names) + 1) / MAX_KNOT_SPACING
     if in_parts and end > PART and isinstance(controller, KinematicControl):

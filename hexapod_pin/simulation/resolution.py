@@ -1,9 +1,9 @@
-"""How finely a run must be resolved for its error to stay below what was asked.
+"""How finely a run must be resolved for its error to stay within the accuracy requested.
 
 Two runs of one case, the second finer, differ by the error of the first less that of the second.
 The factors below turn this difference into bounds of both; they were found over random scenes of
-all laws, grounds and kinds of motion (docs/accuracy.md). Three runs tell how fast errors fall:
-where that is slower than tolerances do, the bounds are wider, as in Richardson's extrapolation.
+all laws, grounds and kinds of motion (docs/accuracy.md). Three runs show how fast errors fall:
+where they fall more slowly than tolerances, the bounds are wider, as in Richardson's extrapolation.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ LEAST_GAIN = 0.5
 
 MANY_MORE_EVENTS, FEW_EVENTS = 2, 10
 """A finer run with more events than so many times those of the coarser [-], and so many on top, has
-found what the coarser passed over: hops far lower than its tolerance, say."""
+found what the coarser missed, such as hops far lower than its tolerance."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class Comparison:
     Attributes:
         coarser: level of the first.
         finer: level of the second.
-        difference: of the two, over what was asked [-].
+        difference: of the two, over the accuracy requested [-].
         decay: of the error from level to level, from this and the comparison before [-].
         events: touch-downs, lift-offs and switches that ended a step, of both.
     """
@@ -84,27 +84,27 @@ class Comparison:
 
     @property
     def error_fraction(self) -> float:
-        """Error of the run that will do, or of the finer one, over the difference, at most [-]."""
+        """Error of the run that suffices, or of the finer one, over the difference, at most [-]."""
         return self._coarser_share if self.takes_coarser else self._finer_share
 
     @property
     def coarser_error_ratio(self) -> float:
-        """Bound of the coarser run's error over what was asked [-]."""
+        """Bound of the coarser run's error over the accuracy requested [-]."""
         return self._coarser_share * self.difference
 
     @property
     def finer_error_ratio(self) -> float:
-        """Bound of the finer run's error over what was asked [-]."""
+        """Bound of the finer run's error over the accuracy requested [-]."""
         return self._finer_share * self.difference
 
     @property
     def kept(self) -> bool:
-        """Whether one of them is within what was asked."""
+        """Whether one of them is within the accuracy requested."""
         return not self.finds_more and min(self.coarser_error_ratio, self.finer_error_ratio) <= 1.0
 
     @property
     def takes_coarser(self) -> bool:
-        """Whether the coarser one will do: its bound is the sharper one."""
+        """Whether the coarser one suffices: its bound is the sharper one."""
         return not self.finds_more and self.coarser_error_ratio <= 1.0
 
     @property
@@ -132,12 +132,7 @@ def finer_share(levels: int) -> float:
 
 
 def next_level(made: Sequence[Comparison], finest: int = MOST_LEVELS) -> int | None:
-    """Return the level of the next run; None where the last will do, or where none would help.
-
-    Args:
-        made: comparisons, of finer and finer runs.
-        finest: the finest level there is.
-    """
+    """Return the level of the next run; None where the last suffices, or where none would help."""
     last = made[-1]
     if last.kept or last.finer + min(FINER_SHARE) > finest or has_stalled(made):
         return None
@@ -146,7 +141,7 @@ def next_level(made: Sequence[Comparison], finest: int = MOST_LEVELS) -> int | N
 
 
 def _jump_for(error_ratio: float) -> int:
-    """Return the levels to a run whose bound should do, from a bound over what was asked [-]."""
+    """Return the levels to a run whose bound should suffice; `error_ratio`: of the last run [-]."""
     expected = TYPICAL_SHARE * error_ratio
     return next((j for j, share in FINER_SHARE.items() if share * expected <= AIM), LARGEST_JUMP)
 

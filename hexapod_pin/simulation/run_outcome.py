@@ -1,4 +1,4 @@
-"""What a run leaves is put together: its record and summary; a run that fails is explained."""
+"""The record and summary of a run, and the error of a run that fails."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 
 class RunState(Protocol):
-    """What is read of a run under way; see `NativeRun`."""
+    """What this module reads of a run; see `NativeRun`."""
 
     scene: Scene
     settings: RunSettings
@@ -67,14 +67,7 @@ def run_summary(
     counters: Mapping[str, int | float],
     errors: Mapping[str, Any],
 ) -> Summary:
-    """Return what a run has come to so far.
-
-    Args:
-        run: the run.
-        record: its `run_record`.
-        counters: steps, evaluations, ...
-        errors: of the numbers, as of `differences`.
-    """
+    """Return the summary of a run so far."""
     return Summary.from_data(
         run_numbers(run),
         run.scene.robot.joint_names,
@@ -100,7 +93,7 @@ def plain_counters(run: RunState) -> dict[str, int | float]:
 
 
 def run_record(run: RunState) -> RunRecord:
-    """Return what is known of a run where it stands, but for the URDF and the checkpoint."""
+    """Return the record of a run at its present time, without the URDF and the checkpoint."""
     scene = run.scene
     return RunRecord(
         robot=robot_facts(scene),
@@ -123,7 +116,7 @@ def run_record(run: RunState) -> RunRecord:
 
 
 def with_urdf(record: RunRecord, run: RunState) -> RunRecord:
-    """Return a record with what a trace needs besides: URDF, checkpoint, versions."""
+    """Return a record with what a trace needs in addition: URDF, checkpoint, versions."""
     robot = record.robot.model_copy(update={"urdf": run.scene.robot.urdf})
     more = {"robot": robot, "checkpoint": run.checkpoint(), "versions": package_versions()}
     return record.model_copy(update=more)
@@ -160,12 +153,12 @@ def level_start(run: RunState) -> LevelStart | None:
 
 
 def named_joint_kinds(robot: Robot) -> tuple[str, ...] | None:
-    """Return `joint_kinds` of a robot with legs where names and places do not tell them."""
+    """Return `joint_kinds` of a robot with legs where names and order do not show them."""
     if not robot.legs:
         return None
     kinds = joint_kinds(robot)
-    told = tuple(kinds[name] for name in robot.joint_names)
-    return None if told == kinds_by_name(robot.joint_names, len(robot.feet)) else told
+    found = tuple(kinds[name] for name in robot.joint_names)
+    return None if found == kinds_by_name(robot.joint_names, len(robot.feet)) else found
 
 
 def joint_limits(run: RunState) -> tuple[JointLimits, ...]:
@@ -196,7 +189,7 @@ def package_versions() -> dict[str, str]:
     return {name: version(name) for name in ("hexapod-pin", "pin", "numpy")}
 
 
-# Why a run has ended before its end, in words: what led, where, and the way out.
+# The message of a run that ended early: the cause, where it occurred, and what to change.
 
 TRUNK = ("the trunk's place", "the trunk's attitude")
 """What the first six coordinates of a velocity belong to, three each."""
@@ -213,7 +206,7 @@ def failure(run: RunState, trace: Trace | None) -> DivergenceError:
 
     Args:
         run: the run.
-        trace: its samples so far; None where none are kept.
+        trace: its samples so far; None where none are recorded.
     """
     limit = run.rollout.ended_by
     if limit:
@@ -222,23 +215,23 @@ def failure(run: RunState, trace: Trace | None) -> DivergenceError:
     if trace is not None:
         time, rate = float(trace.time[-1]), trace.v[-1, 6:]
     causes = [*_fastest_joint(rate, run.scene.robot.joint_names), *_loaded_foot(trace)]
-    told = f"the run diverged after t = {time:g} s ({'; '.join(causes)}). "
-    return DivergenceError(told + _advice(run.settings.method_settings), trace)
+    text = f"the run diverged after t = {time:g} s ({'; '.join(causes)}). "
+    return DivergenceError(text + _advice(run.settings.method_settings), trace)
 
 
 def _ended(run: RunState, limit: str) -> str:
-    """Return what a run that its limits have ended was stuck at."""
+    """Return the message of a run that was ended by its limits."""
     settings, scene = run.settings, run.scene
     reached = {
         "evaluations": f"{settings.evaluations:.3g} evaluations are used up",
         "smallest_step": f"its steps are shorter than {settings.limits.smallest_step:g} s",
         "wall_time": f"{settings.limits.wall_time:g} s of wall time are used up",
-        "stopped": "it was told to stop",
+        "stopped": "it was stopped",
     }[limit]
     step, coordinate, foot = run.rollout.trouble()
     causes = [f"last step {step:.2g} s"]
     if coordinate >= 0:
-        causes.append(f"kept small by the error of {_coordinate(coordinate, scene)}")
+        causes.append(f"limited by the error of {_coordinate(coordinate, scene)}")
     if foot >= 0:
         laws = " + ".join(
             type(law).__name__ for law in (scene.contact.normal, scene.contact.friction)
@@ -274,9 +267,9 @@ def _loaded_foot(trace: Trace | None) -> list[str]:
 def _advice(method_settings: MethodSettings) -> str:
     if method_settings.method.adaptive:
         return (
-            f"No step of {method_settings.method.name!r} kept {method_settings.accuracy:g}: try "
-            "method='robust', "
-            "softer contact, or lower servo gains."
+            f"No step of {method_settings.method.name!r} met the accuracy "
+            f"{method_settings.accuracy:g}: try method='robust', softer contact, or lower servo "
+            "gains."
         )
     return (
         f"Try a smaller step than {method_settings.step:g} s, method='robust', softer contact, or "

@@ -140,29 +140,29 @@ def _require_time(name: str, value: float, *, smallest: float) -> None:
         raise ParameterError(name, value, "positive and finite [s]")
 
 
-# What a run may use.
+# Limits of a run.
 
 EVALUATIONS_AT_START = 2e5
-"""Evaluations that a run may use where none is given, however short it is [-]: some seconds."""
+"""Default limit of evaluations of a run of no length [-]: some seconds."""
 
 EVALUATIONS_PER_SECOND = 3e6
-"""And for each simulated second: hundreds of times those of a walk [1/s]."""
+"""Added for each simulated second: hundreds of times those of a walk [1/s]."""
 
 Count = Annotated[float, Field(gt=0.0, allow_inf_nan=True)]
 """A positive number; infinity lifts a limit."""
 
 
 class WorkLimits(Spec):
-    """What one run may use; `float("inf")` (0 for times) lifts a limit.
+    """Limits of one run; `float("inf")` (0 for times) lifts a limit.
 
-    The first four are looked at before a run, which is refused with the number that it would need;
-    the others while it goes on, which ends it with a `WorkLimitError` that has the samples so far.
+    The first four are checked before a run, which is refused with the number that it would need;
+    the others end a run with a `WorkLimitError` that has the samples so far.
 
     Attributes:
         steps: predicted integration steps [-].
         memory: predicted memory of samples and set-points [bytes].
-        step: shortest integration step that may be asked for [s].
-        sample: shortest time between samples that may be asked for [s].
+        step: shortest integration step accepted [s].
+        sample: shortest time between samples accepted [s].
         evaluations: of the equations of motion [-]; None: 2e5, and 3e6 for each simulated second.
         smallest_step: mean of the steps over 20 000 evaluations [s]: below it a run would never
             end.
@@ -183,12 +183,6 @@ class WorkLimits(Spec):
         return cls(steps=math.inf, memory=math.inf, step=0.0, sample=0.0,
                    evaluations=math.inf, smallest_step=0.0)  # fmt: skip
 
-    def evaluations_of(self, duration: float) -> float:
-        """Return how many evaluations a run of so long [s] may use."""
-        if self.evaluations is not None:
-            return self.evaluations
-        return EVALUATIONS_AT_START + EVALUATIONS_PER_SECOND * duration
-
 
 def chosen_limits(limits: WorkLimits | None, allow: bool) -> WorkLimits:
     """Return the limits given, else the usual ones, or none where everything is allowed."""
@@ -208,8 +202,8 @@ class RunSettings:
         method_settings: method, and its accuracy or step.
         grid: samples and steps.
         duration: simulated time [s].
-        estimate: whether the error of the whole run is estimated and kept.
-        limits: what it may use.
+        estimate: whether the error of the whole run is estimated and controlled.
+        limits: of the run.
     """
 
     method_settings: MethodSettings
@@ -246,14 +240,16 @@ class RunSettings:
 
     @property
     def evaluations(self) -> float:
-        """Evaluations that it may use; those of fixed steps are known before."""
-        if self.limits.evaluations is None and not self.method_settings.method.adaptive:
+        """Limit of evaluations; infinite for fixed steps, whose number is known before."""
+        if self.limits.evaluations is not None:
+            return self.limits.evaluations
+        if not self.method_settings.method.adaptive:
             return math.inf
-        return self.limits.evaluations_of(self.duration)
+        return EVALUATIONS_AT_START + EVALUATIONS_PER_SECOND * self.duration
 
     @property
     def compared_groups(self) -> tuple[str, ...]:
-        """The groups of samples, besides the motion, that keeping the error takes."""
+        """The groups of samples, besides the motion, that the control of the error needs."""
         return ("torque",) if self.method_settings.torque_request else ()
 
     def at_level(self, refinement: int) -> RunSettings:
@@ -261,7 +257,7 @@ class RunSettings:
         return replace(self, method_settings=replace(self.method_settings, refinement=refinement))
 
 
-# What a run will need, before it starts; refused where that is absurd.
+# What a run will need: predicted before it starts, and refused beyond its limits.
 
 STEPS_PER_SECOND = 500.0
 """Of an adaptive method on a walk at 1e-4, with room to spare [1/s]."""
@@ -270,7 +266,7 @@ STEPS_PER_TICK = 10.0
 """Steps that take as long as a controller's answer [-]."""
 
 RUNS_IN_MEMORY = 3
-"""Where the error is kept: two that are compared, and the next."""
+"""Where the error is controlled: two that are compared, and the next."""
 
 LIFT = "Or lift the limit: allow=True (--force), or limits=hp.simulation.WorkLimits(...)."
 
@@ -291,7 +287,7 @@ class WorkForecast:
 
     @classmethod
     def of(cls, settings: RunSettings, scene: Scene, groups: Sequence[str] | None) -> WorkForecast:
-        """Return what a run will need that keeps these groups of samples, None for all."""
+        """Return what a run will need that records these groups of samples, None for all."""
         grid = settings.grid
         steps = (
             max(grid.samples, STEPS_PER_SECOND * settings.duration)
@@ -303,18 +299,14 @@ class WorkForecast:
 
 
 def sample_bytes(settings: RunSettings, scene: Scene, groups: Sequence[str] | None) -> float:
-    """Return what the samples of one run take that keeps these groups, None for all [bytes]."""
-    return 8.0 * settings.grid.samples * _width(scene, groups)
-
-
-def _width(scene: Scene, groups: Sequence[str] | None) -> int:
-    """Return how many numbers a sample holds."""
+    """Return the memory of the samples of one run, of these groups or all (None) [bytes]."""
     joints, feet = len(scene.robot.joint_names), len(scene.robot.feet)
     columns = {
         "torque": joints, "set_points": 2 * joints, "contacts": 13 * feet, "com": 3, "energy": 9
     }  # fmt: skip
     motion = 1 + (7 + joints) + (6 + joints)
-    return motion + sum(columns[name] for name in (columns if groups is None else groups))
+    width = motion + sum(columns[name] for name in (columns if groups is None else groups))
+    return 8.0 * settings.grid.samples * width
 
 
 def check_work(
@@ -325,11 +317,11 @@ def check_work(
     Args:
         settings: method and sampling, with the limits.
         scene: what is simulated.
-        groups: of samples that are kept, None for all; empty: none but the motion.
+        groups: of samples that are recorded, None for all; empty: none but the motion.
         tick: period of a controller that takes part in the run [s]; None: there is none.
 
     Raises:
-        ParameterError: names the setting, what it would come to, and the way out.
+        ParameterError: names the setting, what the run would need, and the remedy.
     """
     limits, grid = settings.limits, settings.grid
     _require_least("step", grid.step, limits.step if grid.step else 0.0)

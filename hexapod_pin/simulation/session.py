@@ -56,7 +56,7 @@ if TYPE_CHECKING:
 
 @checked(but="record")
 class Session:
-    """A scene under simulation; time passes when it is told to.
+    """A scene under simulation; time passes only in `advance`.
 
     Until the first command the drives hold the joint angles of the start.
 
@@ -86,15 +86,15 @@ class Session:
 
         Args:
             scene: what is simulated.
-            initial: where it starts: None stands in the robot's posture; a `Checkpoint` goes on.
+            initial: where it starts: None stands in the robot's posture; a `Checkpoint` continues.
             method: integration method.
             accuracy: of an adaptive method [m and rad].
             step: of a fixed-step method [s].
             sample: time between the samples of the trace [s].
             record: groups of samples to keep, as of `simulate`; None for all.
-            sensors: what `measure` reads through; None: ideal ones. A session has no ticks to be
-                late by: their delay must be 0.
-            limits: as of `simulate`; without, evaluations are not counted.
+            sensors: the sensors of `measure`; None: ideal ones. A session has no ticks, so their
+                delay must be 0.
+            limits: as of `simulate`; None: evaluations are not limited.
             allow: as of `simulate`.
 
         Raises:
@@ -120,7 +120,7 @@ class Session:
         Raises:
             NotPicklableError: names what to send instead.
         """
-        hint = "With it, Session(scene, initial=...) goes on from there."
+        hint = "With it, Session(scene, initial=...) continues from there."
         raise NotPicklableError("Session", "Session.checkpoint()", hint)
 
     @property
@@ -131,12 +131,12 @@ class Session:
     def measure(self) -> Measurement:
         """Return what the sensors read now: arrays (n,), (3, 3), (3,), (F, 3), (F,).
 
-        Their noise is drawn anew in each call.
+        Their noise is drawn again in each call.
         """
-        told = self._reader.read(self._measured, self._together.measure())
+        readings = self._reader.read(self._measured, self._together.measure())
         self._measured += 1
         self._run.loop = {"measured": self._measured}
-        return without_time(told, 0)
+        return without_time(readings, 0)
 
     @checked
     def command(
@@ -153,11 +153,11 @@ class Session:
         together and arrive together.
 
         Args:
-            q: joint angles [rad]; None: where they are told to be now. Shape (n,).
-            v: joint rates [rad/s]; None: 0, or those of the way where the command ramps. (n,).
+            q: joint angles [rad]; None: the present set-points. Shape (n,).
+            v: joint rates [rad/s]; None: 0, or those of the motion where the command ramps. (n,).
             torque: added to the drives' own [N m]; None: 0. Shape (n,).
-            ramp: time in which the angles go to `q` [s], longer where the limits ask for it; 0: at
-                once, as the limits allow.
+            ramp: time in which the angles go to `q` [s], longer where the limits require it; 0: as
+                fast as the limits allow.
 
         Raises:
             ParameterError: wrong shape, not finite, `q` beyond a joint's range or `v` beyond its
@@ -165,10 +165,10 @@ class Session:
         """
         if not (math.isfinite(ramp) and ramp >= 0.0):
             raise ParameterError("ramp", ramp, "finite and not negative [s]")
-        told = self._run.rollout.set_points() if q is None else self._row("q", q)
+        angles = self._run.rollout.set_points() if q is None else self._row("q", q)
         rate = None if v is None else self._row("v", v)[None]
         more = None if torque is None else self._row("torque", torque)[None]
-        self._together.command(Command(told[None], rate, more, ramp=ramp > 0.0), ramp)
+        self._together.command(Command(angles[None], rate, more, ramp=ramp > 0.0), ramp)
 
     def _row(self, name: str, values: ArrayLike) -> Array:
         """Return values of the joints.
@@ -190,8 +190,8 @@ class Session:
         Raises:
             ParameterError: the time is in the past, not finite, or so late that samples or steps
                 do not advance the clock any more.
-            DivergenceError: the run left the finite world; `.trace` holds what was good.
-            SimulationInterrupted: Ctrl-C; `.trace` holds what was done.
+            DivergenceError: the state is no longer finite; `.trace` holds the samples before.
+            SimulationInterrupted: Ctrl-C; `.trace` holds the samples so far.
         """
         latest = self._run.settings.grid.latest()
         if not self.time <= until <= latest:
@@ -210,11 +210,11 @@ class Session:
         return self._run.trace()
 
     def summary(self) -> Summary:
-        """Return what the run has come to so far, gathered at its accepted steps."""
+        """Return the summary so far, over all accepted steps."""
         return self._run.summary()
 
     def checkpoint(self) -> Checkpoint:
-        """Return where the run stands; `Session(initial=...)` goes on from there."""
+        """Return the present state; `Session(initial=...)` continues from it."""
         return self._run.checkpoint()
 
 
@@ -229,17 +229,9 @@ def live_run(
     record: bool = True,
     groups: Sequence[str] | None = None,
 ) -> NativeRun:
-    """Return a run that waits for commands, holding the joint angles of its start.
+    """Return a run that waits for commands; arguments as of `NativeRun` and `waiting`.
 
-    Args:
-        scene: what is simulated.
-        settings: method and sampling.
-        start: where it starts.
-        controller: as of `NativeRun`.
-        gait: as of `waiting`.
-        end: as of `waiting` [s].
-        record: as of `NativeRun`.
-        groups: as of `NativeRun`.
+    Until the first command the drives hold the joint angles of the start.
     """
     refuse_commands(scene.prescribed, "where a run is commanded at ticks")
     points = waiting(start.q[7:], gait, end)
@@ -254,27 +246,20 @@ def live_run(
 # Cases whose controllers take part in the run: one, or many in lock-step.
 
 
-def closed_loop_run(
-    case: CaseData, settings: RunSettings, progress: Callable[[float], None] | None = None
-) -> NativeRun:
-    """Run a case under its feedback controller; raises as `lock_step_runs`."""
-    return lock_step_runs([case], settings, progress=progress)[0]
-
-
 def controlled_loop(
     case: CaseData, progress: Callable[[float], None] | None = None, *, record: bool = True
 ) -> AccuracyControl:
-    """Run a case under its feedback controller again, finer, until its error is kept.
+    """Run a case under its feedback controller, finer each time, until it meets its accuracy.
 
-    The controller is asked anew in every run, from its own start.
+    The controller is started again in every run.
 
     Raises:
         DivergenceError, SimulationInterrupted: as `ControlledRun.outcome`.
         HexapodError: as `lock_step_runs`.
     """
 
-    def runner(settings: RunSettings, tell: Callable[[float], None] | None) -> NativeRun:
-        return lock_step_runs([case], settings, record=record, progress=tell)[0]
+    def runner(settings: RunSettings, report: Callable[[float], None] | None) -> NativeRun:
+        return lock_step_runs([case], settings, record=record, progress=report)[0]
 
     return ControlledRun(case.settings, runner, progress).outcome()
 
@@ -292,14 +277,14 @@ def lock_step_runs(
     Args:
         cases: what to run.
         settings: method, duration and sampling.
-        record: whether samples are kept.
+        record: whether samples are recorded.
         threads: how many advance at a time, between the ticks; the bits do not depend on it.
-        progress: called with the finished fraction now and then.
+        progress: called with the finished fraction from time to time.
 
     Raises:
         SimulationInterrupted: Ctrl-C; the samples of the first run so far are in the error.
-        HexapodError: the controller has raised, or returned what cannot be used. The samples so
-            far are in the error of a run of its own; of several, each is to be run alone.
+        HexapodError: the controller has raised, or returned something unusable. The error of a
+            single run has the samples so far; of several, each is to be run alone.
     """
     runs = [set_up(case, settings, record=record) for case in cases]
     loop = ControlLoop(runs, cases[0].controller, threads)  # type: ignore[arg-type]

@@ -17,9 +17,11 @@ from hexapod_pin.control.foot_control.leg_model import (
     PlannedWalk,
     first_posture,
     leg_chains,
+    once,
 )
 from hexapod_pin.control.foot_control.parameters import (
-    FootForceSensing,
+    NUMBERS,
+    ControlParts,
     Levelling,
     SlipPid,
     TouchDown,
@@ -29,16 +31,14 @@ from hexapod_pin.control.foot_control.stability import refuse_unstable
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.control.leg_group import LegGroup, leg_group, require_six_of_three
-from hexapod_pin.control.sensors import Sensors
 from hexapod_pin.errors import ParameterError, ReachError, SensorError, UnknownNameError
-from hexapod_pin.immutable import Immutable
 
 if TYPE_CHECKING:
     from hexapod_pin.arrays import Array
     from hexapod_pin.native import FootControlLaw
 
 
-# Foot control made ready for one robot and scene: numbers for the native core.
+# Foot control prepared for one robot and scene: numbers for the native core.
 
 FIELDS = ("q", "v", "torque", "rotation", "angular_velocity", "acceleration", "foot_force")
 """Readings in the order in which the core checks them."""
@@ -91,7 +91,7 @@ class ReadyLaw:
         return feet, after
 
     def joint_angles(self, time: float, feet: Array) -> Array:
-        """Return joint angles (B, n) [rad]; a foot out of reach goes part of the way to its target.
+        """Return joint angles (B, n) [rad]; a foot out of reach stops between plan and target.
 
         Raises:
             ReachError: of a leg that cannot even reach its planned place.
@@ -158,32 +158,16 @@ def ready_law(control: FootControl, scene: Any, *, refuse: bool = True) -> Ready
     )
 
 
-# S1's foot control as a controller that takes part in a run.
+# S1's foot control as a closed-loop controller.
 
 MOST_RUNS = 1_000_000
-"""Most runs in lock-step."""
-
-KEPT_SCENES = 64
-"""For how many scenes a controller stays ready."""
-
-PARTS = {
-    "slip": SlipPid, "suspension": VirtualSuspension, "touch_down": TouchDown,
-    "levelling": Levelling, "force": FootForceSensing, "sensors": Sensors,
-}  # fmt: skip
-"""The parts of foot control that are parameter sets."""
-
-NUMBERS = {
-    "load_time": "finite and above 0 s",
-    "period": "finite and above 0 s",
-    "delay": "finite and not negative [s]",
-}
-"""Its other settings, and what they may be."""
+"""Largest number of runs in lock-step."""
 
 
 @checked
 @dataclass(frozen=True, eq=False)
-class FootControl(Immutable):
-    """Walk a plan whose feet are moved by what they feel; inverse kinematics at every tick [S1].
+class FootControl(ControlParts):
+    """Walk a plan whose feet react to their forces; inverse kinematics at every tick [S1].
 
     Each part can be left out; without any this is kinematic control at ticks.
 
@@ -193,8 +177,8 @@ class FootControl(Immutable):
         suspension: legs yield to their loads.
         touch_down: feet stop at the ground, search for it, and rise over what stops them.
         levelling: keeps the trunk level.
-        force: what the robot takes for the forces on its feet.
-        sensors: through which it reads; None: ideal ones.
+        force: how the robot obtains the forces on its feet.
+        sensors: its sensors; None: ideal ones.
         load_time: in which a foot takes up its share of the weight about its touch-down, and gives
             it back about its lift-off [s]. The default is *assumed*.
         period: time between ticks [s].
@@ -204,16 +188,6 @@ class FootControl(Immutable):
         ParameterError: a part of another type, or a time out of range.
     """
 
-    walk: Any
-    slip: SlipPid | None = field(default=None, kw_only=True)
-    suspension: VirtualSuspension | None = field(default=None, kw_only=True)
-    touch_down: TouchDown | None = field(default=None, kw_only=True)
-    levelling: Levelling | None = field(default=None, kw_only=True)
-    force: FootForceSensing = field(default_factory=FootForceSensing, kw_only=True)
-    sensors: Sensors | None = field(default=None, kw_only=True)
-    load_time: float = field(default=0.1, kw_only=True)
-    period: float = field(default=0.005, kw_only=True)
-    delay: float = field(default=0.0, kw_only=True)
     _ready: OrderedDict[str, ReadyLaw] = field(
         default_factory=OrderedDict, init=False, repr=False, compare=False
     )
@@ -231,17 +205,6 @@ class FootControl(Immutable):
                 "FootControl.walk", type(self.walk).__name__, "a Gait, or an open-loop walk"
             )
 
-    @property
-    def gait(self) -> Gait:
-        """The gait that is walked."""
-        gait: Gait = self.walk.gait
-        return gait
-
-    @property
-    def loop_delay(self) -> float:
-        """Time from a measurement until its command acts [s]."""
-        return self.delay + (self.sensors.delay if self.sensors else 0.0)
-
     def posture(self, scene: Any) -> Array:
         """Return the joint angles of the plan's beginning, in which a run starts [rad].
 
@@ -254,7 +217,7 @@ class FootControl(Immutable):
         return first_posture(scene.robot, self.walk)
 
     def start_key(self, scene: Any) -> str:
-        """Return what gains follow from: scenes with equal ones can be run in lock-step."""
+        """Return a key of all that gains depend on: scenes of equal keys can run in lock-step."""
         _require_scene("FootControl.start_key", scene)
         robot, drive = scene.robot, scene.servos.model_dump_json() + scene.contact.model_dump_json()
         return digest(f"{robot.digest} {robot.posture} {robot.feet} {scene.gravity} {drive}")
@@ -271,12 +234,12 @@ class FootControl(Immutable):
         if not 1 <= batch <= MOST_RUNS:
             raise ParameterError("FootControl.start.batch", batch, f"from 1 to {MOST_RUNS}")
         key = self.start_key(scene)
-        if key not in self._ready:
+
+        def make() -> ReadyLaw:
             require_six_of_three(scene.robot, "FootControl", held=False)
-            self._ready[key] = ready_law(self, scene)
-            while len(self._ready) > KEPT_SCENES:
-                self._ready.popitem(last=False)
-        return {"scene": key, "memory": self._ready[key].first_memory(batch)}
+            return ready_law(self, scene)
+
+        return {"scene": key, "memory": once(self._ready, key, make).first_memory(batch)}
 
     @every_step
     def update(
@@ -291,24 +254,12 @@ class FootControl(Immutable):
         feet, memory = law.tick(time, measurement, state["memory"])
         return Command(law.joint_angles(time, feet), ramp=True), {**state, "memory": memory}
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return the settings as TOML-able data."""
-        settings: dict[str, Any] = {"kind": "foot-control"}
-        settings |= {name: getattr(self, name) for name in NUMBERS}
-        settings["walk"] = self.walk.to_dict()
-        settings["gait"] = settings["walk"].get("gait", {})
-        for name in PARTS:
-            part = getattr(self, name)
-            if part is not None:
-                settings[name] = part.model_dump(mode="json")
-        return settings
-
 
 def _require_scene(call: str, scene: Any) -> None:
-    """Refuse what is no scene; this layer knows none by its type.
+    """Refuse an object that is no scene; this layer does not import the type.
 
     Raises:
-        ParameterError: it has not what a `Scene` has.
+        ParameterError: it lacks an attribute of a `Scene`.
     """
     if not all(hasattr(scene, name) for name in ("robot", "servos", "contact", "gravity")):
         raise ParameterError(f"{call}.scene", type(scene).__name__, "a Scene")
@@ -334,8 +285,7 @@ CONVENTIONAL = "conventional"
 def named_controls(walk: Any, names: Sequence[str] = (CONVENTIONAL, *S1_PARTS)) -> dict[str, Any]:
     """Return controllers of one walk by name: "conventional", "slip", "suspension", "both", "all".
 
-    "all" adds touch-down by what is felt, and levelling. For whatever walks without knowing the
-    ground take that one.
+    "all" adds reactions at touch-down, and levelling. Use it on unknown ground.
 
     Args:
         walk: a gait or an open-loop walk, as of `FootControl`.

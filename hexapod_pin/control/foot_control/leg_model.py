@@ -6,7 +6,8 @@ The feet of a plan are given to the native core as a table.
 from __future__ import annotations
 
 from collections import OrderedDict
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -18,6 +19,10 @@ from hexapod_pin.robot.robot import once_per_robot
 if TYPE_CHECKING:
     from hexapod_pin.native import LegChain, WalkTable
     from hexapod_pin.robot.robot import Robot
+
+
+Key = TypeVar("Key")
+Kept = TypeVar("Kept")
 
 
 def leg_chains(scene: Any, *, dry_friction: bool = True) -> list[LegChain]:
@@ -85,11 +90,11 @@ def foot_stiffness(scene: Any) -> Array:
 ROWS_PER_CYCLE = 512
 """Rows of a cycle: cubics between them are off by 1e-6 m at most, on arcs by 2e-6 m."""
 
-KEPT_POSTURES = 64
-"""Of how many walks of a robot the first posture is remembered."""
+KEPT = 64
+"""How many values of one kind are cached: first postures of walks, laws, loops."""
 
 CYCLES_AT_ONCE = 16
-"""By which the table of a walk that does not repeat grows."""
+"""Cycles by which the table of a walk that does not repeat grows."""
 
 
 class PlannedWalk:
@@ -104,8 +109,8 @@ class PlannedWalk:
 
         Args:
             robot: whose walk it is.
-            control: has `path(robot)`, a `gait`, and `plan(robot, duration)`, which refuses what
-                cannot be walked. A walk that follows a velocity command is not tried beforehand.
+            control: has `path(robot)`, a `gait`, and `plan(robot, duration)`, which refuses walks
+                that are impossible. A walk with a velocity command is not checked beforehand.
 
         Raises:
             GaitError: the robot cannot walk it.
@@ -128,7 +133,7 @@ class PlannedWalk:
         self._grow(round(steady / self._cycle) + 1)
 
     def reach(self, time: float) -> None:
-        """See to it that the table covers a time [s], and the swing after it."""
+        """Extend the table to cover a time [s], and the swing after it."""
         while not self.repeats and time + 2.0 * self._cycle > self.table.end:
             self._grow(CYCLES_AT_ONCE)
 
@@ -154,10 +159,18 @@ def _postures(robot: Robot) -> OrderedDict[Any, Array]:
 
 def first_posture(robot: Robot, control: Any) -> Array:
     """Return the joint angles of a walk's beginning, found once for equal walks [rad]. (n,)."""
-    known = _postures(robot)
-    if control not in known:
+
+    def make() -> Array:
         feet = control.path(robot).positions(np.zeros(1))
-        known[control] = read_only(leg_group(robot).joint_angles(feet)[0])
-        while len(known) > KEPT_POSTURES:
-            known.popitem(last=False)
-    return known[control]
+        return read_only(leg_group(robot).joint_angles(feet)[0])
+
+    return once(_postures(robot), control, make)
+
+
+def once(kept: OrderedDict[Key, Kept], key: Key, make: Callable[[], Kept]) -> Kept:
+    """Return the value of a key, made once; the oldest of more than `KEPT` is dropped."""
+    if key not in kept:
+        kept[key] = make()
+        while len(kept) > KEPT:
+            kept.popitem(last=False)
+    return kept[key]

@@ -105,7 +105,7 @@ def _standing_plan(feet: Array, stands: NDArray[np.bool_]) -> WalkTable:
 
 
 def _readings(scene: Any, stance: StanceModel) -> dict[str, Array]:
-    """Return what a standing robot reads, a row."""
+    """Return the readings of a standing robot, a row."""
     robot, none = scene.robot, np.zeros(len(scene.robot.joint_names))
     up = np.array([0.0, 0.0, 1.0])
     values = (
@@ -153,14 +153,7 @@ def _to_joints(scene: Any, feet: Array) -> Array:
 
 
 def _reduced(memory: Array, joints: Array, count: int, sizes: dict[str, int]) -> LinearLaw:
-    """Leave out what is not read, and numbers of the memory that take no part.
-
-    Args:
-        memory: change of the memory by memory and readings.
-        joints: the same of the set-points.
-        count: numbers of the memory.
-        sizes: of the readings.
-    """
+    """Leave out readings and numbers of the memory without influence."""
     within, entering = memory[:, :count] != 0.0, memory[:, count:] != 0.0
     reached, seen = entering.any(axis=1), (joints[:, :count] != 0.0).any(axis=0)
     for _ in range(count):
@@ -239,11 +232,11 @@ class LinearLoop:
         """Return the closed loop from tick to tick.
 
         State: x and v of the robot, then along the directions that the law uses the set-points
-        now and of the commands under way, oldest first, then the memory.
+        now and of the delayed commands, oldest first, then the memory.
         """
-        ways = _directions(np.hstack([law.set_point, law.through]))
-        whole, part = self._along(self.whole, ways), self._along(self.part, ways)
-        states, rank = 2 * self.stance.size, ways.shape[1]
+        basis = _directions(np.hstack([law.set_point, law.through]))
+        whole, part = self._along(self.whole, basis), self._along(self.part, basis)
+        states, rank = 2 * self.stance.size, basis.shape[1]
         queue = slice(states + rank, states + rank * (1 + self.waits))
         begin = queue.stop
         size = begin + law.size
@@ -253,22 +246,22 @@ class LinearLoop:
         found[:states, : states + 2 * rank] = whole[:states]
         found[states : queue.stop - rank, states + rank : queue.stop] = np.eye(rank * self.waits)
         last = slice(queue.stop - rank, queue.stop)
-        found[last] = ways.T @ law.through @ reading
-        found[last, begin:] += ways.T @ law.set_point
+        found[last] = basis.T @ law.through @ reading
+        found[last, begin:] += basis.T @ law.set_point
         found[begin:] = law.reading @ reading
         found[begin:, begin:] += law.memory
         return found
 
-    def _along(self, motion: Array, ways: Array) -> Array:
+    def _along(self, motion: Array, basis: Array) -> Array:
         """Return (x, q_ref, q_ref') by (x, set-points now, at the tick's end) along directions."""
-        states, rank = 2 * self.stance.size, ways.shape[1]
+        states, rank = 2 * self.stance.size, basis.shape[1]
         begin = np.zeros((len(motion), states + 2 * rank))
         begin[:states, :states] = np.eye(states)
-        joints = len(ways)
+        joints = len(basis)
         now, rate = slice(states, states + joints), slice(states + joints, None)
-        begin[now, states : states + rank] = ways
-        begin[rate, states : states + rank] = -ways / self.period
-        begin[rate, states + rank :] = ways / self.period
+        begin[now, states : states + rank] = basis
+        begin[rate, states : states + rank] = -basis / self.period
+        begin[rate, states + rank :] = basis / self.period
         return motion @ begin
 
     def _reading(self, law: LinearLaw, part: Array) -> Array:

@@ -6,11 +6,14 @@ They cover slip correction, virtual suspension, levelling, touch-down and force 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Protocol
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, NonNegativeFloat, PositiveFloat, field_validator, model_serializer
 
+from hexapod_pin.control.sensors import Sensors
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.spec import Spec
 
 if TYPE_CHECKING:
@@ -19,7 +22,15 @@ if TYPE_CHECKING:
     from hexapod_pin.control.gait import Gait
 
 
-class SlipPid(Spec):
+class _Sparse(Spec):
+    """Parameters that are dumped without those that are None."""
+
+    @model_serializer(mode="wrap")
+    def _without_none(self, dump: SerializerFunctionWrapHandler) -> dict[str, object]:
+        return {name: value for name, value in dump(self).items() if value is not None}
+
+
+class SlipPid(_Sparse):
     """PID on the tangential force of standing feet, or on how far they have slid [S1].
 
     "force": e is the part of a foot's tangential force that drives the trunk nowhere: the force
@@ -41,9 +52,9 @@ class SlipPid(Spec):
         bandwidth: of the loop, for gains that are not given [Hz]. The default is *assumed*.
         derivative_time: of the low-pass filter of e' [s]. The default is *assumed*.
         limit: largest correction; at it the integral stops (anti-windup) [m]. *Assumed*.
-        anticipates: whether feet are put where they have to be for their servos to give way by
-            J diag(1/kp) J^T f0 under the nominal loads f0 (not in S1): without, the load itself
-            pushes feet apart, and whatever the PID takes back slides again as the foot unloads.
+        anticipates: whether targets compensate the compliance of the servos, J diag(1/kp) J^T f0,
+            under the nominal loads f0 (not in S1): without, the load pushes feet apart, and what
+            the PID corrects slides again as the foot unloads.
     """
 
     kind: Literal["slip-pid"] = "slip-pid"
@@ -61,10 +72,6 @@ class SlipPid(Spec):
         """Whether a gain is this package's guess rather than the user's number."""
         return None in (self.kp, self.ki)
 
-    @model_serializer(mode="wrap")
-    def _without_none(self, dump: SerializerFunctionWrapHandler) -> dict[str, object]:
-        return {name: value for name, value in dump(self).items() if value is not None}
-
 
 # S1's virtual suspension: a leg yields to its load as if it stood on a spring and a damper.
 
@@ -72,15 +79,15 @@ DELAYS_PER_PERIOD = 0.05
 """Frequency times delay of a suspension whose frequency is not given (*assumed*)."""
 
 LEAST_DELAY = 7.5e-3
-"""What a shorter delay counts as there: contacts bear no quicker legs [s] (*assumed*)."""
+"""Least delay there: contacts are not stable with quicker legs [s] (*assumed*)."""
 
 
-class VirtualSuspension(Spec):
+class VirtualSuspension(_Sparse):
     """Admittance along the normal of the support, m z'' + c z' + k z = f - f0, z the retraction.
 
     S1 prints no equations or gains; these are of mass-spring-damper form with m = k / w^2 and
     c = 2 zeta k / w, w = 2 pi frequency. The nominal load f0 is the share of the weight that the
-    standing feet bear (balance of force and moments, least squares), or a constant.
+    standing feet carry (balance of force and moments, least squares), or a constant.
 
     Attributes:
         stiffness: k [N/m]; None: retracts by `travel` under a sixth of the weight.
@@ -89,7 +96,7 @@ class VirtualSuspension(Spec):
             loop, 7.5 ms at least (*assumed*: standing robots shake from 1.4 times that on).
         damping: zeta, 1 is critical [-]. The default is *assumed*.
         load: "split" of the weight, or the same for every standing foot [N].
-        limit: largest travel either way [m]. *Assumed*.
+        limit: largest travel in both directions [m]. *Assumed*.
     """
 
     kind: Literal["virtual-suspension"] = "virtual-suspension"
@@ -103,7 +110,7 @@ class VirtualSuspension(Spec):
     @field_validator("load", mode="before")
     @classmethod
     def _split_or_force(cls, value: Any) -> Any:
-        """Name what is allowed as a whole, not as its first half."""
+        """Refuse other values with an error that names both alternatives."""
         if value == "split" or (isinstance(value, int | float) and 0.0 < value < math.inf):
             return value
         raise ParameterError("VirtualSuspension.load", value, '"split", or a force above 0 N')
@@ -120,10 +127,6 @@ class VirtualSuspension(Spec):
         stiffness, frequency = self.resolved(weight, delay)
         rate = 2.0 * math.pi * frequency
         return stiffness / rate**2, 2.0 * self.damping * stiffness / rate, stiffness
-
-    @model_serializer(mode="wrap")
-    def _without_none(self, dump: SerializerFunctionWrapHandler) -> dict[str, object]:
-        return {name: value for name, value in dump(self).items() if value is not None}
 
 
 # Levelling: the legs put a trunk level that stands on a slope.
@@ -148,17 +151,17 @@ class Levelling(Spec):
         return 2.0 * math.pi * self.bandwidth
 
 
-# Touch-down by what a foot feels, and a trunk that follows the ground under its feet.
+# Touch-down by foot forces, and a trunk that follows the ground under its feet.
 
 
 class TouchDown(Spec):
-    """Feet that stop where they meet the ground, search for it, and rise over what stops them.
+    """Feet that stop where they meet the ground, search for it, and rise over obstacles.
 
     All defaults are *assumed*.
 
     Attributes:
         earliest: share of the swing before which no ground is expected [-].
-        search_speed: of a foot that goes on down [m/s].
+        search_speed: of a foot that moves on downwards [m/s].
         search_depth: how far below the plan it goes; there it waits [m].
         rise_speed: of a swinging foot that runs against something [m/s].
         rise_limit: how far above the plan it rises [m].
@@ -182,10 +185,10 @@ class TouchDown(Spec):
     tilt_time: PositiveFloat = 1.5
 
 
-# What a robot takes for the forces on its feet.
+# How a robot obtains the forces on its feet.
 
 
-class FootForceSensing(Spec):
+class FootForceSensing(_Sparse):
     """Where foot forces come from, and when a foot counts as touching.
 
     "foot": sensors in the feet. "torque": from the joints' torques, J^-T (tau_leg - tau), with
@@ -211,57 +214,55 @@ class FootForceSensing(Spec):
         """Time constant of the filter [s]."""
         return 0.0 if self.cutoff is None else 1.0 / (2.0 * math.pi * self.cutoff)
 
-    @model_serializer(mode="wrap")
-    def _without_none(self, dump: SerializerFunctionWrapHandler) -> dict[str, object]:
-        return {name: value for name, value in dump(self).items() if value is not None}
+
+PARTS = {
+    "slip": SlipPid, "suspension": VirtualSuspension, "touch_down": TouchDown,
+    "levelling": Levelling, "force": FootForceSensing, "sensors": Sensors,
+}  # fmt: skip
+"""The parts of foot control that are parameter sets."""
+
+NUMBERS = {
+    "load_time": "finite and above 0 s",
+    "period": "finite and above 0 s",
+    "delay": "finite and not negative [s]",
+}
+"""Its other settings, and their allowed ranges."""
 
 
-class ControlParts(Protocol):
-    """What the law of a foot controller, and the stability of its loop, follow from."""
+@dataclass(frozen=True, eq=False)
+class ControlParts(Immutable):
+    """The settings of a foot controller; `FootControl` describes them."""
 
-    @property
-    def walk(self) -> Any:
-        """The open-loop walk whose feet are moved."""
+    walk: Any
+    slip: SlipPid | None = field(default=None, kw_only=True)
+    suspension: VirtualSuspension | None = field(default=None, kw_only=True)
+    touch_down: TouchDown | None = field(default=None, kw_only=True)
+    levelling: Levelling | None = field(default=None, kw_only=True)
+    force: FootForceSensing = field(default_factory=FootForceSensing, kw_only=True)
+    sensors: Sensors | None = field(default=None, kw_only=True)
+    load_time: float = field(default=0.1, kw_only=True)
+    period: float = field(default=0.005, kw_only=True)
+    delay: float = field(default=0.0, kw_only=True)
 
     @property
     def gait(self) -> Gait:
         """The gait that is walked."""
-
-    @property
-    def slip(self) -> SlipPid | None:
-        """Correction of the feet along the ground."""
-
-    @property
-    def suspension(self) -> VirtualSuspension | None:
-        """Legs yield to their loads."""
-
-    @property
-    def touch_down(self) -> TouchDown | None:
-        """Feet stop at the ground."""
-
-    @property
-    def levelling(self) -> Levelling | None:
-        """Keeps the trunk level."""
-
-    @property
-    def force(self) -> FootForceSensing:
-        """What the robot takes for the forces on its feet."""
-
-    @property
-    def load_time(self) -> float:
-        """In which a foot takes up its share of the weight [s]."""
-
-    @property
-    def period(self) -> float:
-        """Time between ticks [s]."""
-
-    @property
-    def delay(self) -> float:
-        """Time from a tick until its command acts [s]."""
+        gait: Gait = self.walk.gait
+        return gait
 
     @property
     def loop_delay(self) -> float:
         """Time from a measurement until its command acts [s]."""
+        return self.delay + (self.sensors.delay if self.sensors else 0.0)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the settings as plain data."""
+        """Return the settings as TOML-able data."""
+        settings: dict[str, Any] = {"kind": "foot-control"}
+        settings |= {name: getattr(self, name) for name in NUMBERS}
+        settings["walk"] = self.walk.to_dict()
+        settings["gait"] = settings["walk"].get("gait", {})
+        for name in PARTS:
+            part = getattr(self, name)
+            if part is not None:
+                settings[name] = part.model_dump(mode="json")
+        return settings

@@ -19,7 +19,7 @@ from hexapod_pin.control.foot_control.law import (
     slip_gains,
     weight_of,
 )
-from hexapod_pin.control.foot_control.leg_model import leg_chains
+from hexapod_pin.control.foot_control.leg_model import leg_chains, once
 from hexapod_pin.control.foot_control.linear_law import LinearLaw, LinearLoop
 from hexapod_pin.control.foot_control.stance_model import StanceModel
 from hexapod_pin.errors import ParameterError, UnknownNameError
@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from hexapod_pin.robot.robot import Robot
 
 
-Kept = TypeVar("Kept")
 Control = TypeVar("Control", bound="ControlParts")
 
 TOUCH_SPEEDS = (0.0, 0.1)
@@ -42,13 +41,10 @@ restitution are damped as by their touch speed, and the loop is to be stable wit
 FAR = 1e9
 """Limits of the linear law: it has none [m]."""
 
-KEPT = 64
-"""Loops and verdicts of a robot that are kept."""
-
 
 @dataclass
 class KeptLoops:
-    """What is known of a robot.
+    """Cached results of a robot.
 
     Attributes:
         loops: by servos, contact, times, feet.
@@ -63,17 +59,8 @@ class KeptLoops:
 
 @once_per_robot
 def kept_loops(robot: Robot) -> KeptLoops:
-    """Return what is known of a robot."""
+    """Return the cache of a robot."""
     return KeptLoops()
-
-
-def once(kept: OrderedDict[str, Kept], key: str, make: Callable[[], Kept]) -> Kept:
-    """Return the value of a key, made once; the oldest of many goes."""
-    if key not in kept:
-        kept[key] = make()
-        while len(kept) > KEPT:
-            kept.popitem(last=False)
-    return kept[key]
 
 
 def plant_key(control: ControlParts, scene: Any) -> str:
@@ -90,11 +77,7 @@ def stance_loop(
 ) -> LinearLoop:
     """Return the standing robot of a scene between the ticks of a controller.
 
-    Args:
-        control: its period and delays.
-        scene: the robot, its servos and contact.
-        feet: as of `StanceModel.of`.
-        touch_speed: as of `StanceModel.of` [m/s].
+    `scene`, `feet` and `touch_speed` [m/s] are as of `StanceModel.of`.
     """
     key = f"{plant_key(control, scene)} {feet} {touch_speed!r}"
 
@@ -162,20 +145,20 @@ def spectral_radii(
 # Ranges of the gains of foot control in which a standing robot stands still.
 
 SPAN = 1e3
-"""Borders are looked for within this factor of a value."""
+"""Borders are searched within this factor of a value."""
 
 COARSE = 2.0
-"""Factor between two values that are tried in search of a border."""
+"""Factor between two values of the search for a border."""
 
 FINE = 2e-3
-"""Share of a border to which it is found."""
+"""Relative error of a border."""
 
 PARAMETERS = {
     "slip.kp": "m/N or 1", "slip.ki": "m/(N s) or 1/s", "slip.kd": "m s/N or s",
     "slip.bandwidth": "Hz", "suspension.stiffness": "N/m", "suspension.frequency": "Hz",
     "suspension.damping": "-",
 }  # fmt: skip
-"""Parameters whose stable range can be asked for, and their units."""
+"""Parameters of `stable_range`, and their units."""
 
 
 def parameter_value(control: ControlParts, scene: Any, parameter: str) -> float:
@@ -234,7 +217,7 @@ def stable_range(
         feet: as of `StanceModel.of`.
         touch_speed: as of `spectral_radius` [m/s].
         drift_time: as of `LinearLoop.radius` [s].
-        span: values up to this factor away are looked at.
+        span: largest factor to a value that is tried.
 
     Returns:
         Lower and upper end, found to 0.2 %; 0 and inf where there is none in the span.
@@ -264,7 +247,7 @@ def stable_range(
 
 
 def _border(stable: Callable[[float], bool], values: Sequence[float]) -> float | None:
-    """Return where stability ends on the way through values, the first a stable one; or None."""
+    """Return where stability ends along values, of which the first is stable; or None."""
     end = next((k for k in range(1, len(values)) if not stable(values[k])), None)
     if end is None:
         return None
@@ -276,7 +259,7 @@ def _border(stable: Callable[[float], bool], values: Sequence[float]) -> float |
 
 
 def _unit(control: ControlParts, scene: Any, parameter: str) -> float:
-    """Return a scale of a gain that is 0: with it the PID's parts are alike at the bandwidth."""
+    """Return a scale of a gain that is 0: with it the PID's parts are equal at the bandwidth."""
     assert control.slip is not None
     derived = _replaced(control, slip=control.slip.model_copy(update={"ki": None}))
     rate = 2.0 * math.pi * control.slip.bandwidth
@@ -287,14 +270,14 @@ def _unit(control: ControlParts, scene: Any, parameter: str) -> float:
 # The refusal of gains with which a standing robot would shake.
 
 REFUSAL_SPAN = 100.0
-"""Factor around a value in which a refusal looks for stable ones."""
+"""Factor around a value in which a refusal searches for stable ones."""
 
 
 def refuse_unstable(control: ControlParts, scene: Any) -> None:
-    """Refuse a controller with which a standing robot would shake; a verdict is kept.
+    """Refuse a controller with which a standing robot would shake; the verdict is cached.
 
-    What drifts without swinging, slower than by e in a stance, is let pass: corrections are taken
-    back at lift-off.
+    Drift without oscillation, slower than by e in a stance, is accepted: corrections are removed at
+    lift-off.
 
     Raises:
         ParameterError: names the parameter that is nearest to a stable value, and its range.
@@ -356,14 +339,14 @@ def _suspects(control: ControlParts, scene: Any, drift_time: float) -> list[str]
         "slip": _replaced(control, slip=None),
         "suspension": _replaced(control, suspension=None),
     }
-    guilty = [
+    causes = [
         name for name in parts if spectral_radius(without[name], scene, drift_time=drift_time) < 1.0
     ]
     own = [name.partition(".") for name in PARAMETERS]
     return [
         f"{part}.{name}"
         for part, _, name in own
-        if part in (guilty or parts) and (part != "slip" or _is_given(control, name))
+        if part in (causes or parts) and (part != "slip" or _is_given(control, name))
     ]
 
 
@@ -375,7 +358,7 @@ def _is_given(control: ControlParts, own: str) -> bool:
 
 
 def _distance(value: float, ends: tuple[float, float]) -> float:
-    """Return by which factor a value is outside of a range, as a logarithm."""
+    """Return the logarithm of the factor by which a value is outside of a range."""
     low, high = ends
     if low <= value <= high:
         return 0.0

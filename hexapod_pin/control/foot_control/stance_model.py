@@ -64,10 +64,10 @@ class StanceModel:
         """Return the model of a scene's robot in its standing posture.
 
         Args:
-            scene: a `Scene`; its terrain is not looked at.
+            scene: a `Scene`; its terrain is not used.
             feet: names of the feet that stand; None: all. The weight is split between them by
                 least squares.
-            touch_speed: at which they came down [m/s]; only `Restitution` looks at it.
+            touch_speed: at which they came down [m/s]; only `Restitution` uses it.
 
         Raises:
             ParameterError: feet that cannot carry the weight: one would have to pull.
@@ -117,7 +117,7 @@ class StanceModel:
         return np.hstack(rows)
 
     def outputs(self) -> dict[str, tuple[Array, Array]]:
-        """Return what a robot reads, by the fields of `Measurement`: (C, E) each.
+        """Return the readings of a robot, by the fields of `Measurement`: (C, E) each.
 
         Reading less its static value = C (x, v) + E (q_ref, v_ref). The rotation is a vector of
         small angles [rad]; the acceleration is that less gravity, trunk axes.
@@ -183,7 +183,7 @@ NUDGE = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Standing:
-    """What of a standing robot does not depend on servos and contact.
+    """The part of a standing robot that does not depend on servos and contact.
 
     Attributes:
         mass: without the motors' rotors. Shape (N, N).
@@ -211,7 +211,7 @@ def standing_still(robot: Any, gravity: float, feet: tuple[str, ...] | None) -> 
     Args:
         robot: the robot.
         gravity: [m/s^2].
-        feet: names of the feet that bear the weight, split by least squares; None: all.
+        feet: names of the feet that carry the weight, split by least squares; None: all.
 
     Raises:
         ParameterError: feet that cannot carry the weight.

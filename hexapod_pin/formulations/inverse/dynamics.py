@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.foot_path import FootPath
 from hexapod_pin.control.kinematic import KinematicControl
-from hexapod_pin.control.leg_group import neutral_feet, walking_legs
+from hexapod_pin.control.leg_group import leg_group
 from hexapod_pin.formulations.inverse.force_split import ForceSplit, MinimumNorm
 from hexapod_pin.formulations.inverse.stance import stance_load
 from hexapod_pin.formulations.rigid.derivative import (
@@ -182,9 +182,9 @@ def prescribed_gait(
 
 def _foot_path(model: RigidModel, gait: Gait) -> tuple[FootPath, list[int]]:
     """Return the gait's path and, in its leg order, the indices of the robot's feet."""
-    legs = walking_legs(model.robot)
-    names = [model.robot.foot(model.robot.leg(leg.name).foot).name for leg in legs]
-    return FootPath(gait, neutral_feet(legs)), [model.foot_names.index(name) for name in names]
+    legs = leg_group(model.robot)
+    names = [model.robot.leg(leg.name).foot for leg in legs.legs]
+    return FootPath(gait, legs.neutral_feet), [model.foot_names.index(name) for name in names]
 
 
 def _state(

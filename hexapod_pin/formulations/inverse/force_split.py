@@ -1,6 +1,6 @@
 """Feet share a load by least squares, within the linearised friction cone.
 
-S2 does not say which it takes; each result carries the label of its split.
+S2 does not state its split; each result carries the label of its own.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""A stance in S2 appendix eqs.
+"""A stance is a linear problem in the foot forces (S2 appendix, eqs. 1-2).
 
-1-2 is a linear problem in the foot forces. For locked joints the feet may stand on springs.
+For locked joints the feet may stand on springs.
 
     J_b^T f = w                 six equations: the base has the given acceleration
     tau = tau_0 - J_j^T f       the torques that go with f

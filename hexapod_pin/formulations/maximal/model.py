@@ -50,7 +50,6 @@ class MaximalModel:
         self.gravity = np.array(gravity, dtype=float)
         self.baumgarte = baumgarte or Baumgarte.off()
         self.root = root or RootConstraint.free()
-        self._elimination = TreeElimination(bodies)
         self._vectors = local_vectors(bodies)
         self._root_point = np.array(self.root.point) + bodies.root_origin
 
@@ -77,8 +76,36 @@ class MaximalModel:
     def solve_kkt(
         self, mass: Array, force: Array, d: ConstraintEquations, target: Array, root_target: Array
     ) -> tuple[Array, Array, Array]:
-        """Solve S1 eq. 1 for accelerations and multipliers: see `TreeElimination`."""
-        return self._elimination.solve_kkt(mass, force, d, target, root_target)
+        """Solve S1 eq. 1 for accelerations and multipliers, by elimination from leaves to root.
+
+        Args:
+            mass: mass matrices of the bodies, world axes. Shape (nb, 6, 6).
+            force: f. Shape (nb, 6).
+            d: the blocks of D.
+            target: g of the joints. Shape (nj, 5).
+            root_target: g of the root's constraints. Shape (h,).
+
+        Returns:
+            v' (nb, 6), lambda of the joints (nj, 5) and of the root (h,).
+        """
+        mass, force, bodies = mass.copy(), force.copy(), self.bodies
+        done: list[tuple[Array, Array]] = []
+        for level in bodies.levels[::-1]:
+            free, reply = _eliminate(level, mass, force, d, target)
+            share = np.matmul(d.on_parent[level].transpose(0, 2, 1), reply)
+            total = bodies.joints_on_body[:, level] @ share.reshape(len(share), -1)
+            mass += total.reshape(-1, 6, 7)[:, :, :6]
+            force += total.reshape(-1, 6, 7)[:, :, 6]
+            done.append((free, reply))
+        rates, multipliers = np.empty_like(force), np.empty_like(target)
+        rates[0], support = _solve_root(mass[0], force[0], d.root.rows, root_target)
+        for level, (free, reply) in zip(bodies.levels, done[::-1], strict=True):
+            above = rates[bodies.parent[level]][:, :, None]
+            found = reply[:, :, 6:] - np.matmul(reply[:, :, :6], above)
+            multipliers[level] = found[:, :, 0]
+            below = free[:, :, ROWS_PER_JOINT:] + np.matmul(free[:, :, :ROWS_PER_JOINT], found)
+            rates[level.start + 1 : level.stop + 1] = below[:, :, 0]
+        return rates, multipliers, support
 
     def gaps(self, time: float, state: MaximalState) -> Array:
         """Return the gaps of all contacts (C,) [m], negative inside the ground."""
@@ -292,50 +319,6 @@ def gamma_rows_2_3(i: BodyFixedVectors, j: BodyFixedVectors) -> Array:
 # which adds D_i' S^-1 D_i to M_i (6 x 6) and D_i' S^-1 (g - D_j M_j^-1 f_j) to f_i. Joints of equal
 # depth are done together, so six equal legs cost three batches. Nothing larger than 6 x 6 is
 # solved.
-
-
-class TreeElimination:
-    """Block elimination in the order of one tree."""
-
-    def __init__(self, bodies: Bodies) -> None:
-        """Keep the tree."""
-        self._parent = bodies.parent
-        self._levels = bodies.levels
-        self._joints_on_body = bodies.joints_on_body
-
-    def solve_kkt(
-        self, mass: Array, force: Array, d: ConstraintEquations, target: Array, root_target: Array
-    ) -> tuple[Array, Array, Array]:
-        """Solve for accelerations and multipliers.
-
-        Args:
-            mass: mass matrices of the bodies, world axes. Shape (nb, 6, 6).
-            force: f. Shape (nb, 6).
-            d: the blocks of D.
-            target: g of the joints. Shape (nj, 5).
-            root_target: g of the root's constraints. Shape (h,).
-
-        Returns:
-            v' (nb, 6), lambda of the joints (nj, 5) and of the root (h,).
-        """
-        mass, force = mass.copy(), force.copy()
-        kept: list[tuple[Array, Array]] = []
-        for level in self._levels[::-1]:
-            free, reply = _eliminate(level, mass, force, d, target)
-            share = np.matmul(d.on_parent[level].transpose(0, 2, 1), reply)
-            total = self._joints_on_body[:, level] @ share.reshape(len(share), -1)
-            mass += total.reshape(-1, 6, 7)[:, :, :6]
-            force += total.reshape(-1, 6, 7)[:, :, 6]
-            kept.append((free, reply))
-        rates, multipliers = np.empty_like(force), np.empty_like(target)
-        rates[0], support = _solve_root(mass[0], force[0], d.root.rows, root_target)
-        for level, (free, reply) in zip(self._levels, kept[::-1], strict=True):
-            above = rates[self._parent[level]][:, :, None]
-            found = reply[:, :, 6:] - np.matmul(reply[:, :, :6], above)
-            multipliers[level] = found[:, :, 0]
-            below = free[:, :, ROWS_PER_JOINT:] + np.matmul(free[:, :, :ROWS_PER_JOINT], found)
-            rates[level.start + 1 : level.stop + 1] = below[:, :, 0]
-        return rates, multipliers, support
 
 
 def _eliminate(

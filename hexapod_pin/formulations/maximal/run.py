@@ -201,7 +201,7 @@ class OdeSystem:
             closing: contact that closes at just this moment.
 
         Returns:
-            y as it goes on, and y' there.
+            y after the step, and y' there.
         """
         state = self.state.with_flat(y)
         state = project(self.model, state) if self._projected else state.with_unit_quaternions()
@@ -278,7 +278,7 @@ class Dop853Stepper:
     """
 
     def __init__(self, system: OdeSystem, *, rtol: float, atol: float, end: float) -> None:
-        """Begin at the system's state, t = 0; `end` is the last time asked for [s]."""
+        """Begin at the system's state, t = 0; `end` is the last time of the run [s]."""
         from scipy.integrate import DOP853
 
         self.steps, self.events = 0, 0
@@ -302,7 +302,7 @@ class Dop853Stepper:
         return True
 
     def _land(self, time: float, y: Array, closing: int | None) -> None:
-        """Accept y at a time within the last step, and go on from there."""
+        """Accept y at a time within the last step, and continue from there."""
         y, rate = self._system.accept(time, y, closing)
         solver = self._solver
         solver.t, solver.y, solver.f = time, y, rate

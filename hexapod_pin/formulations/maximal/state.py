@@ -22,7 +22,7 @@ NO_CONTACT_GAP_M = 1e9
 
 # Contacts at one state, and what a run remembers of them between accepted states.
 #
-# The contact laws themselves are pure: what a law wants to know of the past is kept here.
+# The contact laws themselves are pure: what they need of the past is stored here.
 
 
 @dataclass(frozen=True, eq=False)

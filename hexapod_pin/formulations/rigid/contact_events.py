@@ -1,6 +1,4 @@
-"""Contact phases on rigid ground end at events; a landing is a plastic impact (S2 appendix eq.
-
-5).
+"""Contact phases on rigid ground end at events; a landing is a plastic impact (S2 eq. 5).
 
 A foot that arrives ends the phase with S2 appendix eq. 5. A foot whose normal force turns negative
 first loses its friction and slides, since its cone has closed, and is released when it is pulled

@@ -171,7 +171,7 @@ def integrate(
         duration: [s].
         feet: indices of the feet that stick, whatever their forces; none is free flight.
         torque: of the servos; None: none.
-        accuracy: relative error asked of DOP853 per step.
+        accuracy: relative error of DOP853 per step.
 
     Raises:
         DivergenceError: the integration failed.
