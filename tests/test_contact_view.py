@@ -90,8 +90,9 @@ def test_parameters_reach_the_law() -> None:
     assert (law.mu_static, law.mu_dynamic) == (0.4, 0.1)
 
 
-@pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
-@pytest.mark.parametrize("name", ["accurate", "adams-impact", "stick-slip"])
+@pytest.mark.parametrize(
+    ("name", "ending"), [("accurate", "png"), ("adams-impact", "svg"), ("stick-slip", "pdf")]
+)
 def test_figure_is_written(run, tmp_path: Path, name: str, ending: str) -> None:
     pytest.importorskip("matplotlib")
     status, out, err = run(name, "--out", f"law.{ending}")

@@ -13,20 +13,8 @@ from refusals import refused
 
 import hexapod_pin as hp
 
-HEAVY = (
-    *(
-        "pinocchio",
-        "scipy",
-        "xarray",
-        "meshcat",
-        "yourdfpy",
-        "matplotlib",
-        "fpdf",
-        "h5py",
-        "pydantic",
-    ),
-    *("trimesh", "collada", "xacro", "PIL"),
-)
+VIEWERS = {"meshcat", "yourdfpy", "matplotlib", "fpdf", "xarray"}
+HEAVY = {*VIEWERS, *"pinocchio scipy h5py pydantic trimesh collada xacro PIL".split()}
 
 
 def test_exactly_the_promised_names_are_listed():
@@ -62,29 +50,30 @@ def test_front_doors_of_errors_and_view():
     assert callable(hp.view.view)
 
 
-def _loaded_after(statement: str) -> set[str]:
-    code = f"import sys; {statement}; print(*sys.modules)"
+def _loaded_after(*statements: str) -> list[set[str]]:
+    """Return the modules that are loaded after each of some statements, one after another."""
+    code = "import sys\n" + "".join(f"{one}\nprint(*sys.modules)\n" for one in statements)
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    return set(done.stdout.split())
+    return [set(line.split()) for line in done.stdout.splitlines()]
 
 
-@pytest.mark.parametrize("statement", ["import hexapod_pin", "import hexapod_pin.commands.app"])
-def test_importing_loads_nothing_heavy(statement: str):
-    """What takes long to import waits until it is used: `--help` and tab completion stay quick."""
-    assert not _loaded_after(statement) & set(HEAVY)
+def test_libraries_are_loaded_where_they_are_used():
+    """`--help` and tab completion stay quick; a torque run never pays for the viewer.
 
-
-def test_simulation_loads_no_viewer():
-    """A torque run never pays for meshcat, yourdfpy or matplotlib."""
-    loaded = _loaded_after("import hexapod_pin as hp; hp.simulate, hp.torque_budget, hp.load_robot")
-    assert not loaded & {"meshcat", "yourdfpy", "matplotlib", "fpdf", "xarray"}
-
-
-def test_controllers_load_no_scipy():
-    """Its linear algebra takes a second to load; only the check of gains needs it."""
-    assert "scipy" not in _loaded_after(
-        "import hexapod_pin as hp; hp.FootControl, hp.foot_control.SlipPid"
+    SciPy's linear algebra takes a second to load; only the check of gains needs it. Hard cases and
+    benchmarks load only with their commands.
+    """
+    package, controllers, runs, names = _loaded_after(
+        "import hexapod_pin as hp",
+        "hp.FootControl, hp.foot_control.SlipPid",
+        "hp.simulate, hp.torque_budget, hp.load_robot",
+        "[getattr(hp, name) for name in hp.__all__]",
     )
+    (command,) = _loaded_after("import hexapod_pin.commands.app")
+    assert not package & HEAVY and not command & HEAVY
+    assert "scipy" not in controllers and not runs & VIEWERS
+    evidence = ("hexapod_pin.validation", "hexapod_pin.benchmark")
+    assert not [name for name in names if name.startswith(evidence)]
 
 
 ROOMS = """
@@ -100,14 +89,3 @@ def test_a_room_has_one_door(room: str):
     for name in door.__all__:
         found = getattr(door, name)
         assert not callable(found) or (inspect.getdoc(found) or "").strip(), name
-
-
-def test_importing_the_product_loads_no_evidence():
-    """Hard cases and benchmarks load only with their commands."""
-    statement = "import hexapod_pin as hp; [getattr(hp, name) for name in hp.__all__]"
-    loaded = _loaded_after(statement)
-    assert not [
-        name
-        for name in loaded
-        if name.startswith(("hexapod_pin.validation", "hexapod_pin.benchmark"))
-    ]
