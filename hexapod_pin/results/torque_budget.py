@@ -21,17 +21,16 @@ from hexapod_pin.results.joint_budget import (
     JointBudget,
     KindBudget,
     joint_lines,
-    joint_rows,
     kind_lines,
     kind_rows,
     summary_rows,
 )
 from hexapod_pin.results.result_files import without_non_finite
 from hexapod_pin.results.run_record import RunRecord
-from hexapod_pin.results.steady_window import Window, steady_window, summary_window
-from hexapod_pin.results.summary import Summary, distance_per_cycle
+from hexapod_pin.results.sampled_summary import summary_of
+from hexapod_pin.results.steady_window import Window, summary_window
+from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.robot.rotations import trunk_yaw
 from hexapod_pin.text_table import indented, labelled
 
 
@@ -51,54 +50,15 @@ def torque_budget(run: Trace | Summary) -> TorqueBudget:
             simulate.
     """
     if isinstance(run, Summary):
-        return _of_summary(run, summary_window(run))
-    if run.has_summary:
-        summary = run.summary
-        return _of_summary(summary, summary_window(summary, run.time))
-    return _of_samples(run, steady_window(run))
-
-
-def _of_summary(summary: Summary, window: Window) -> TorqueBudget:
-    joints = summary_rows(summary)
-    worst, size = int(np.argmax(np.abs(summary.outside_torque))), np.abs(summary.outside_torque)
-    outside = None
-    if size[worst] > max(row.torque_peak for row in joints):
-        time = float(summary.outside_torque_time[worst])
-        outside = (summary.joint_names[worst], time, float(size[worst]))
-    return _budget(
-        summary.run,
-        window,
-        joints,
-        summary.distance,
-        summary.measured_turn_rate,
-        outside,
-        ACCEPTED_STEPS,
-    )
-
-
-def _of_samples(trace: Trace, window: Window) -> TorqueBudget:
-    joints = joint_rows(trace, window)
-    outside = _largest_outside(trace, max(row.torque_peak for row in joints))
-    distance = _sampled_distance(trace, window)
-    yaw = np.unwrap(trunk_yaw(trace.q[window.samples]))
-    rate = None if window.cycles is None else float(yaw[-1] - yaw[0]) / (window.end - window.start)
-    return _budget(trace.run, window, joints, distance, rate, outside, SAMPLES)
-
-
-def _budget(
-    run: RunRecord,
-    window: Window,
-    joints: tuple[JointBudget, ...],
-    distance: float | None,
-    turn_rate: float | None,
-    outside: tuple[str, float, float] | None,
-    peaks: str,
-) -> TorqueBudget:
-    """Put a budget together."""
-    duration = (window.end - window.start) / window.parts
-    nominal = run.walk.nominal_speed
+        summary, time, peaks = run, None, ACCEPTED_STEPS
+    else:
+        summary, time = summary_of(run), run.time
+        peaks = ACCEPTED_STEPS if run.has_summary else SAMPLES
+    window, record = summary_window(summary, time), summary.run
+    joints, duration = summary_rows(summary), (window.end - window.start) / window.parts
+    distance, turn_rate = summary.distance, summary.measured_turn_rate
     budget = TorqueBudget(
-        robot_name=run.robot.name,
+        robot_name=record.robot.name,
         window=window,
         joints=joints,
         kinds=kind_rows(joints),
@@ -106,14 +66,14 @@ def _budget(
         negative_energy=sum(row.negative_energy for row in joints),
         distance=distance,
         measured_speed=None if distance is None else distance / duration,
-        nominal_speed=None if window.cycles is None else nominal,
-        weight=(run.robot.total_mass or 0.0) * float(np.linalg.norm(run.gravity)),
-        largest_outside=outside,
-        sources=_sources(run),
-        assumed=run.assumed,
+        nominal_speed=None if window.cycles is None else record.walk.nominal_speed,
+        weight=(record.robot.total_mass or 0.0) * float(np.linalg.norm(record.gravity)),
+        largest_outside=_largest_outside(summary, max(row.torque_peak for row in joints)),
+        sources=_sources(record),
+        assumed=record.assumed,
         peaks=peaks,
         turn=None if turn_rate is None else turn_rate * duration,
-        nominal_turn=run.walk.turn_rate * duration,
+        nominal_turn=record.walk.turn_rate * duration,
     )
     _require_numbers(budget)
     return budget
@@ -136,24 +96,14 @@ def _require_numbers(budget: TorqueBudget) -> None:
             raise ParameterError(f"TorqueBudget.{name}", value, "finite", hint)
 
 
-def _sampled_distance(trace: Trace, window: Window) -> float | None:
-    """Return the centre of mass' mean way per cycle along the heading [m]; None without cycles."""
-    if window.cycles is None:
+def _largest_outside(summary: Summary, peak: float) -> tuple[str, float, float] | None:
+    """Return joint, time and size of the largest torque outside the window, if above the peak."""
+    size = np.abs(summary.outside_torque)
+    worst = int(np.argmax(size))
+    if not size[worst] > peak:
         return None
-    edges = np.linspace(window.start, window.end, 2 * window.cycles + 1)
-    index = np.array([int(np.argmin(np.abs(trace.time - t))) for t in edges])
-    along = np.array(trace.run.walk.travel_direction)
-    turn = trunk_yaw(trace.q[index]) - trunk_yaw(trace.q[:1])
-    return distance_per_cycle(trace.com[index, :2], turn, along)
-
-
-def _largest_outside(trace: Trace, peak: float) -> tuple[str, float, float] | None:
-    """Return the largest torque outside the window if it exceeds the peak within."""
-    size = np.abs(trace.torque)
-    sample, joint = np.unravel_index(int(np.argmax(size)), size.shape)
-    if size[sample, joint] <= peak:
-        return None
-    return trace.joint_names[joint], float(trace.time[sample]), float(size[sample, joint])
+    time = float(summary.outside_torque_time[worst])
+    return summary.joint_names[worst], time, float(size[worst])
 
 
 def _sources(run: RunRecord) -> tuple[str, ...]:

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.commanded_body import planned_body
 from hexapod_pin.errors import GaitError, ParameterError
-from hexapod_pin.results.steady_window import steady_window, summary_window
 from hexapod_pin.results.torque_budget import torque_budget
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.robot.rotations import trunk_yaw, yawed
@@ -88,10 +87,8 @@ def travelled_path(trace: Trace) -> TravelledPath:
 
 def _over_cycles(trace: Trace) -> TravelledPath:
     """Return the way over whole cycles: distance and speed are those of the torque budget."""
-    window = (
-        summary_window(trace.summary, trace.time) if trace.has_summary else steady_window(trace)
-    )
-    budget, cycles = torque_budget(trace), window.cycles or 1
+    budget = torque_budget(trace)
+    window, cycles = budget.window, budget.window.parts
     time = window.end - window.start
     yaw = np.unwrap(trunk_yaw(trace.q[window.samples]))
     return TravelledPath(

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.errors import HexapodError, ParameterError
+from hexapod_pin.errors import HexapodError
 from hexapod_pin.results.joint_budget import LIMITED_TORQUE_SHARE
 from hexapod_pin.results.recorded_robot import RecordedRobot
 from hexapod_pin.results.summary import Summary
@@ -79,11 +79,8 @@ def slip_of(trace: Trace, planned_speed: float) -> Slip | None:
         trace: of the run.
         planned_speed: [m/s].
     """
-    try:
-        summary = trace.summary
-    except ParameterError:
-        return None
-    if not np.isfinite(summary.slip_distance).all():
+    summary = trace.gathered
+    if summary is None or not np.isfinite(summary.slip_distance).all():
         return None
     path = dict(zip(summary.foot_names, summary.slip_distance.tolist(), strict=True))
     way, planned = _way(summary), planned_speed * summary.window_time / (summary.cycles or 1)

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.results.joint_budget import joint_kinds as kinds_by_name
+from hexapod_pin.results.sampled_summary import sampled_numbers, time_weights
 from hexapod_pin.results.schema import Record, quantity, schema
 from hexapod_pin.results.torque_budget import SAMPLES
 
@@ -261,49 +262,6 @@ def _per_joint(name: str, value: ArrayLike, count: int) -> Any:
     if found.shape not in ((), (count,)):
         raise ParameterError(name, found.shape, f"one number, or one for each of {count} joints")
     return np.broadcast_to(found, count).copy()
-
-
-# The numbers of each joint that samples alone tell: peaks, means, energies.
-
-
-def sampled_numbers(time: Array, torque: Array, speed: Array, parts: int) -> dict[str, Any]:
-    """Return the numbers per joint that samples alone tell; energies are over `parts`."""
-    size, power = np.abs(torque), torque * speed
-    top, joints = size.argmax(axis=0), np.arange(size.shape[1])
-    step, change = np.diff(time)[:, None], np.diff(speed, axis=0)
-    length, weights = float(time[-1] - time[0]), time_weights(time)
-    middle = 0.5 * (torque[1:] + torque[:-1])
-    return {
-        "torque_peak": size[top, joints],
-        "torque_peak_time": time[top],
-        "torque_peak_speed": speed[top, joints] * np.sign(torque[top, joints]),
-        "speed_peak": np.abs(speed).max(axis=0),
-        "torque_p99": np.percentile(size, 99.0, axis=0),
-        "torque_rms": rms(time, torque),
-        "speed_rms": rms(time, speed),
-        "acceleration_rms": np.sqrt(np.sum(change**2 / step, axis=0) / length),
-        "torque_acceleration": np.sum(middle * change, axis=0) / length,
-        "power_peak": np.abs(power).max(axis=0),
-        "positive_energy": length / parts * (weights @ np.maximum(power, 0.0)),
-        "negative_energy": length / parts * (weights @ np.minimum(power, 0.0)),
-    }
-
-
-# Means over time of samples: the trapezoidal rule, and a first-order lag gone round and round.
-
-
-def time_weights(time: Array) -> Array:
-    """Return what share of the time each sample stands for, by the trapezoidal rule (T,) [-]."""
-    step = np.diff(time)
-    weights = np.zeros(len(time))
-    weights[:-1] += 0.5 * step
-    weights[1:] += 0.5 * step
-    return np.asarray(weights / (time[-1] - time[0]))
-
-
-def rms(time: Array, values: Array) -> Array:
-    """Return the square root of the time average of the squares (T, ...) -> (...)."""
-    return np.asarray(np.sqrt(time_weights(time) @ np.square(values)))
 
 
 def largest_lagged(time: Array, values: Array, constant: float) -> Array:
