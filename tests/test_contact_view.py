@@ -77,7 +77,7 @@ def test_every_preset_and_kind_reports(name: str) -> None:
 def test_report_of_a_restitution_law_says_what_it_delivers() -> None:
     law = named_law("restitution", ["restitution=0.2", "model=flores"])
     text = report(law, mass=0.5, speed=0.1)
-    assert "asked for 0.2" in text
+    assert "requested 0.2" in text
     assert text.count("0.1555") == 7  # this impact, the closed form, and five speeds
 
 

@@ -194,7 +194,9 @@ process.run_process([])
 """
     done = run(PLAIN + code, signal.SIGTERM)
     assert done.returncode == 128 + signal.SIGTERM
-    assert done.stderr == "hexapod-pin: asked to stop at its end; what it was to do is done\n"
+    assert (
+        done.stderr == "hexapod-pin: stop requested at the end of the command; its work is done\n"
+    )
     assert (run(PLAIN + code, signal.SIGINT).returncode, done.stdout) == (0, "")
 
 
@@ -207,7 +209,9 @@ process.run_process([])
 """
     done = run(PLAIN + code, signal.SIGHUP)
     assert done.returncode == 128 + signal.SIGHUP
-    assert done.stderr == "hexapod-pin: asked to stop at its end; what it was to do is done\n"
+    assert (
+        done.stderr == "hexapod-pin: stop requested at the end of the command; its work is done\n"
+    )
 
 
 def test_nothing_cuts_the_end() -> None:

@@ -108,7 +108,7 @@ def _print_budget(trace: Trace) -> bool:
 
 
 def run_summary(trace: Trace) -> str:
-    """Return one line: how the run was integrated, what it cost, what it says of its own error."""
+    """Return one line: how the run was integrated, what it cost, its own error."""
     numerics, counters = trace.run.numerics, trace.counters
     how = f"accuracy {numerics.accuracy:g}" if numerics.accuracy else f"step {numerics.step:g} s"
     energy = "energy not recorded"
@@ -124,7 +124,7 @@ def run_summary(trace: Trace) -> str:
 
 
 def _error_words(trace: Trace) -> str:
-    """Return what the run says of its own error."""
+    """Return what is known of the run's own error."""
     if not trace.run.numerics.accuracy:
         return ""
     if trace.error is None:
@@ -137,4 +137,4 @@ def _error_words(trace: Trace) -> str:
         return f"{error} ({runs}), "
     until = trace.predictable_until
     from_when = "" if until == float("inf") else f" after t = {until:g} s"
-    return f"{error} ({runs}): NOT the accuracy asked for{from_when}, "
+    return f"{error} ({runs}): NOT the accuracy requested{from_when}, "

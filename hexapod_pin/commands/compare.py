@@ -174,7 +174,7 @@ def compare_and_report(
     *,
     markdown: bool = False,
 ) -> Comparison:
-    """Run and compare; print tables; write files. After Ctrl-C, what was done is printed and kept.
+    """Run and compare; print tables; write files. After Ctrl-C, what is done is printed and saved.
 
     Args:
         planned: from `hexapod_pin.study.compare.plan_runs`, or runs of one's own.

@@ -50,7 +50,7 @@ def sweep(
         ),
     ] = None,
 ) -> None:
-    """Run all cases of a study; what is finished is kept whatever happens."""
+    """Run all cases of a study; what is finished is stored whatever happens."""
     from hexapod_pin.commands.import_file import import_file
     from hexapod_pin.study.sweep import load_sweep
 

@@ -54,11 +54,11 @@ def budget(
 
     if code is not None:
         import_file("--import", code)
-    kept = load_trace(trace)
-    wanted = catalog or catalog_file is not None or motor is not None or voltage is not None
-    motors = motors_of(kept, catalog_file, motor, voltage) if wanted else None
-    judged = verdict_on_peaks(kept, threads) if verdict else None
-    print_budget(kept, judged, motors, json)
+    run = load_trace(trace)
+    compared = catalog or catalog_file is not None or motor is not None or voltage is not None
+    motors = motors_of(run, catalog_file, motor, voltage) if compared else None
+    judged = verdict_on_peaks(run, threads) if verdict else None
+    print_budget(run, judged, motors, json)
 
 
 # What `hexapod-pin budget` prints.
@@ -67,7 +67,7 @@ def budget(
 def motors_of(
     trace: Trace, file: Path | None, motor: str | None, voltage: float | None
 ) -> MotorRanking | MotorBudget:
-    """Return one motor held against a run, or all of a catalogue.
+    """Return one motor compared with a run, or all of a catalogue.
 
     Raises:
         CatalogError: the file is not usable.

@@ -119,8 +119,8 @@ def _walked(comparison: Comparison, scene: str, controller: str) -> str:
     runs = comparison.of(scene, controller)
     good = sum(run.outcome is Outcome.WALKED for run in runs)
     others = dict.fromkeys(r.outcome.value for r in runs if r.outcome is not Outcome.WALKED)
-    said = f": {', '.join(others)}" if others else ""
-    return f"{good} of {len(runs)}{said}"
+    rest = f": {', '.join(others)}" if others else ""
+    return f"{good} of {len(runs)}{rest}"
 
 
 def _variants(comparison: Comparison, scene: str) -> int:
@@ -214,7 +214,7 @@ class ComparedRun:
 
 
 def fall_of(summary: Summary) -> str:
-    """Return when and how a robot fell, in words; empty where it did not."""
+    """Return when and how a robot fell; empty where it did not."""
     for event in summary.events:
         if event.kind == "trunk-contact":
             return f"the trunk touched the ground with {event.what} at {event.time:.4g} s"
@@ -247,7 +247,7 @@ class Comparison(Immutable):
 
     Attributes:
         runs: of each scene and variant, one run per controller.
-        settings: how they were run, in words, one line each.
+        settings: how they were run, one line each.
         assumed: statements of what is assumed rather than taken from a source.
     """
 

@@ -62,8 +62,8 @@ class DutyTest(NamedTuple):
 class GaitEnergy(GridResult):
     """Costs of G gaits at V speeds on M scenes, at equal speed and step height; SI units.
 
-    Energies are mechanical, at the joints, over whole cycles, unless said otherwise. A point that
-    could not be walked is NaN, and `reason` says why. Two are equal when every bit is.
+    Energies are mechanical, at the joints, over whole cycles, unless stated otherwise. A point that
+    could not be walked is NaN, and `reason` has the cause. Two are equal when every bit is.
 
     The copper loss is gamma of `physics`: R / (k N)^2 for a motor of resistance R and torque
     constant k behind a gear N. The torque index is Li's ([S2]'s reference 13), which weighs joints
@@ -119,11 +119,11 @@ class GaitEnergy(GridResult):
         """
         name = self.scenes[0] if scene is None else scene
         points = [key for key, one in schema(GaitEnergy).items() if one.axes == GRID]
-        for kind, wanted, known in (
+        for kind, given, known in (
             ("scene", name, list(self.scenes)), ("quantity", quantity, points),
         ):  # fmt: skip
-            if wanted not in known:
-                raise UnknownNameError(kind, wanted, known)
+            if given not in known:
+                raise UnknownNameError(kind, given, known)
         values: Array = getattr(self, quantity)[self.scenes.index(name)]
         return values
 

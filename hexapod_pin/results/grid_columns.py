@@ -74,7 +74,7 @@ class AccuracyCheck:
     """Some points of a sweep, run again at a tighter accuracy.
 
     Attributes:
-        accuracy: that the repeated runs were asked for [m and rad].
+        accuracy: requested of the repeated runs [m and rad].
         points: their places on the grid, K points with an index per axis. Shape (K, D).
         quantities: Q names.
         change: largest change of each quantity over joints or feet, over its largest value there
@@ -309,7 +309,7 @@ def require_schema(where: str, attributes: Mapping[str, Any], schema: tuple[str,
     """Refuse a group of another kind, or of a later release.
 
     Raises:
-        TraceFileError: says which.
+        TraceFileError: names it.
     """
     found = attributes.get("schema")
     if not isinstance(found, str) or found != schema[0]:

@@ -17,7 +17,7 @@ from hexapod_pin.text_table import Cell, Table
 
 KINDS = ("coxa", "femur", "tibia")
 OTHER_KINDS = ("joint", "held", "slide")
-"""Of joints that are no leg's: not told, held, and held ones that slide (N, m/s for N m, rad/s)."""
+"""Of joints of no leg: unknown, held, and held ones that slide (N, m/s for N m, rad/s)."""
 
 LIMITED_TORQUE_SHARE = 0.999  # share of the effort limit from which a torque counts as limited
 
@@ -33,7 +33,7 @@ class JointBudget:
     """What one joint delivers within the window; energies per cycle (or window)."""
 
     joint: str
-    kind: str  # "coxa", "femur", "tibia", "held", "slide", or "joint" where it cannot be told
+    kind: str  # "coxa", "femur", "tibia", "held", "slide", or "joint" where it is unknown
     torque_peak: float  # largest |torque| [N m]
     torque_peak_time: float  # its time [s]
     effort_limit: float  # [N m]
@@ -146,7 +146,7 @@ def joint_kinds(
     """Return the kind of every joint: as `known`, else by name, else by its place in its leg.
 
     The place counts where there are three joints per foot, listed leg by leg from the trunk
-    outwards (*assumed* of robots whose names say nothing); otherwise all are "joint".
+    outwards (*assumed* of robots whose names do not show it); otherwise all are "joint".
     """
     if known is not None:
         return tuple(known)
@@ -160,7 +160,7 @@ def joint_kinds(
 
 @lru_cache(maxsize=1024)
 def _kind_of(name: str) -> str | None:
-    """Return the kind that a name tells, if it tells exactly one."""
+    """Return the kind that a name contains, if it contains exactly one."""
     kinds = [kind for kind, pattern in zip(KINDS, _PATTERNS, strict=True) if pattern.search(name)]
     return kinds[0] if len(kinds) == 1 else None
 
@@ -200,8 +200,8 @@ def kind_lines(kinds: Sequence[KindBudget], per: str) -> list[str]:
         )
         errors = (row.peak.torque_peak_error, row.p99.torque_p99_error, row.rms.torque_rms_error)
         if any(error is not None for error in errors):
-            told = ["" if error is None else f"±{error:.1g}" for error in errors]
-            rows.append(["  error of the run", *told, *[""] * 5])
+            texts = ["" if error is None else f"±{error:.1g}" for error in errors]
+            rows.append(["  error of the run", *texts, *[""] * 5])
     title = f"Worst joint of each kind; energies of all joints of the kind, per {per}"
     return Table(title, ("", *_QUANTITIES), rows, "<>").lines()
 

@@ -1,7 +1,7 @@
 """The moment across every joint of a trace: about its axis, and in all (the joint's reaction).
 
 The motor delivers the part about the joint's axis; bearings carry the rest. [S2]'s figure 6 shows
-one of the two without saying which.
+one of the two without naming it.
 """
 
 from __future__ import annotations

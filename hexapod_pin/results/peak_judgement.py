@@ -1,9 +1,9 @@
-"""A judgement says which recomputed peaks hold, which are ranges, and what moved them.
+"""Recomputed peaks are judged: which hold, which are ranges, and what moved them.
 
 A change moves a peak by its difference from the peak of the same run without that change. Peaks
-below 1 % of the robot's largest size no motor: they are held against 5 % of that 1 %. The largest
+below 1 % of the robot's largest size no motor: they are compared with 5 % of that 1 %. The largest
 peak of a kind of joint holds only where that of the joint which sets it does too: another joint
-that happens to reach as far is luck.
+that happens to reach as far is a coincidence.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def judge_summaries(
 
     Args:
         summaries: by "run" and the names of recomputations; one that failed has none.
-        recomputations: what was changed; each without a summary says why.
+        recomputations: what was changed; each without a summary has its reason.
         limited: whether drives cut torques at their limits.
         notes: lines to print with the verdict.
 
@@ -158,7 +158,7 @@ def _reaches_limit(row: JointBudget) -> bool:
 
 
 def _sentence(verdict: str, torque: Spread, reasons: Sequence[str], limit: float) -> str:
-    """Return a verdict in words."""
+    """Return a verdict as a sentence."""
     span = f"{torque.low:.4g} to {torque.high:.4g} N m"
     why = f": {'; '.join(reasons)}" if reasons else ""
     if verdict == UNKNOWN:
@@ -170,7 +170,7 @@ def _sentence(verdict: str, torque: Spread, reasons: Sequence[str], limit: float
     return f"{verdict} {number}{why}{beyond}"
 
 
-# What a verdict on peaks tells beside the peaks: impulses of the feet, start-up, falls.
+# What a verdict on peaks reports beside the peaks: impulses of the feet, start-up, falls.
 
 
 def foot_impulses(summaries: Mapping[str, Summary]) -> tuple[FootImpulse, ...]:

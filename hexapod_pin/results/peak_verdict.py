@@ -26,7 +26,7 @@ class Recomputation:
 
     Attributes:
         name: "accuracy", "contact stiffness" or "servo stiffness".
-        title: the change in words.
+        title: the change as text.
         change: the numbers before and after, with units.
         baseline: what its peaks are compared with: "run" or "accuracy".
         unneeded: why it does not apply; empty where it does.
@@ -77,7 +77,7 @@ HOLDS_WITHIN = 0.05
 """Largest change of a peak that holds [-]."""
 
 NEGLIGIBLE_SHARE = 0.01
-"""Smaller peaks than this share of the robot's largest are held against 5 % of that share [-]."""
+"""Smaller peaks than this share of the robot's largest are compared with 5 % of that share [-]."""
 
 PEAK, RANGE, AT_LIMIT, UNKNOWN = "peak", "range", "at the limit", "range unknown"
 """What a verdict may be."""
@@ -242,7 +242,7 @@ def _named(what: str, name: str, rows: Sequence[_Row]) -> _Row:
 LEGEND = (
     f'"peak": it moved by no more than {100 * HOLDS_WITHIN:g} % under any of the changes, and '
     "stands as computed at ten times the accuracy. Ranges hold all values computed, the run's own "
-    "too. Columns in % say how far each change moved the peak; peaks below "
+    "too. Columns in % give how far each change moved the peak; peaks below "
     f"{100 * NEGLIGIBLE_SHARE:g} % of the robot's largest are compared with that "
     f"{100 * NEGLIGIBLE_SHARE:g} %. p99, RMS, impulse: at ten times the accuracy, then the least "
     "and the largest of all.",

@@ -24,7 +24,7 @@ from hexapod_pin.text_table import Table
 # Joint torques in stance and in swing apart: retraction and protraction of each leg.
 
 PHASES = ("retraction", "protraction")
-"""What a leg does in stance, and in swing ([S2]'s words)."""
+"""What a leg does in stance, and in swing (the terms of [S2])."""
 
 
 class PhaseNumbers(NamedTuple):

@@ -45,9 +45,9 @@ def summary_of(trace: Trace) -> Summary:
     found["first_yaw"] = float(trunk_yaw(trace.q[:1])[0])
     found["path"] = _path(trace, np.linspace(window.start, window.end, 2 * window.parts + 1))
     sizes = {"joint": len(trace.joint_names), "foot": len(trace.foot_names), "path_column": 4}
-    values = from_plain(Summary, dict.fromkeys(schema(Summary)) | found, {**sizes, "axis": 3})
+    numbers = from_plain(Summary, dict.fromkeys(schema(Summary)) | found, {**sizes, "axis": 3})
     return Summary(
-        trace.joint_names, trace.foot_names, window.cycles, len(trace.time), **values,
+        trace.joint_names, trace.foot_names, window.cycles, len(trace.time), **numbers,
         counters=trace.counters, run=trace.run.of_summary,
     )  # fmt: skip
 
@@ -64,7 +64,7 @@ def _path(trace: Trace, times: Array) -> Array:
     return np.column_stack([trace.time[rows], trace.com[rows, :2], trunk_yaw(trace.q[rows])])
 
 
-def sampled_numbers(time: Array, torque: Array, speed: Array, parts: int) -> dict[str, Array]:
+def sampled_numbers(time: Array, torque: Array, speed: Array, parts: int) -> dict[str, Any]:
     """Return peaks, means and energies of joints by their samples.
 
     Args:

@@ -113,8 +113,8 @@ class Record(Immutable):
     def _freeze(self, name: str, one: Quantity, sizes: Mapping[str, int]) -> None:
         array = read_only(getattr(self, name))
         if not _fits(array.shape, one.axes, sizes):
-            wanted = ", ".join(str(sizes.get(axis, axis)) for axis in one.axes)
-            allowed = f"of shape ({wanted}), of {', '.join(one.axes)}"
+            expected = ", ".join(str(sizes.get(axis, axis)) for axis in one.axes)
+            allowed = f"of shape ({expected}), of {', '.join(one.axes)}"
             raise ParameterError(f"{type(self).__name__}.{name}", array.shape, allowed)
         object.__setattr__(self, name, array)
 
@@ -185,9 +185,9 @@ def _fits(shape: tuple[int, ...], axes: tuple[str, ...], sizes: Mapping[str, int
     """Tell whether a shape is that of some axes; one without labels may have any length."""
     if shape == tuple(map(sizes.get, axes)):
         return True
-    wanted = (sizes.get(axis) for axis in axes)
+    expected = (sizes.get(axis) for axis in axes)
     return len(shape) == len(axes) and all(
-        size in (None, own) for size, own in zip(wanted, shape, strict=True)
+        size in (None, own) for size, own in zip(expected, shape, strict=True)
     )
 
 

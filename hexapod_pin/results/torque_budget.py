@@ -1,4 +1,4 @@
-"""The torque budget says what every joint must deliver over whole cycles of steady walking.
+"""The torque budget: what every joint must deliver over whole cycles of steady walking.
 
 Powers and energies are mechanical, at the joint: torque times rate. What motors and gears lose
 comes on top.
@@ -46,8 +46,8 @@ def torque_budget(run: Trace | Summary) -> TorqueBudget:
         run: a trace, or the summary of a run.
 
     Raises:
-        ParameterError: the run holds no whole cycle of steady walking; says how long to
-            simulate.
+        ParameterError: the run holds no whole cycle of steady walking; the error names the
+            duration needed.
     """
     if isinstance(run, Summary):
         summary, time, peaks = run, None, ACCEPTED_STEPS
@@ -110,7 +110,7 @@ def _sources(run: RunRecord) -> tuple[str, ...]:
     """Return what was simulated, one line each: robot, walk, contact, numerics."""
     control, contact = run.case.controller, None if run.scene is None else run.scene.contact
     gait, step = control.get("gait", {}), run.numerics.step
-    walk = _walk_words(gait) if isinstance(gait, Mapping) else []
+    walk = _walk_texts(gait) if isinstance(gait, Mapping) else []
     laws = [] if contact is None else [contact.normal.kind, contact.friction.kind]
     method = run.numerics.method
     rows = {
@@ -122,10 +122,10 @@ def _sources(run: RunRecord) -> tuple[str, ...]:
     return tuple(f"{key}: {text}" for key, text in rows.items() if text)
 
 
-def _walk_words(gait: Mapping[str, Any]) -> list[Any]:
+def _walk_texts(gait: Mapping[str, Any]) -> list[Any]:
     sizes = {name: gait.get(name) for name in ("stroke", "cycle_time")}
-    told = [f"{name} {x:g}" for name, x in sizes.items() if isinstance(x, int | float)]
-    return [gait.get("name"), *told]
+    texts = [f"{name} {x:g}" for name, x in sizes.items() if isinstance(x, int | float)]
+    return [gait.get("name"), *texts]
 
 
 # The torque budget of a whole robot as data, and as text.
@@ -137,14 +137,14 @@ ACCEPTED_STEPS, SAMPLES = "accepted steps", "samples"
 
 PEAK_CAVEAT = {
     ACCEPTED_STEPS: (
-        "Peaks are those of accepted steps, not of the sampling. A raw peak follows a touch-down, "
-        "or how feet share the load: it depends on the stiffness of contact and servos, and on the "
-        "accuracy or step. `--verdict` (judge_peaks) says which peaks hold."
+        "Peaks include every accepted step, not only the stored samples. A raw peak follows a "
+        "touch-down, or how feet share the load: it depends on the stiffness of contact and "
+        "servos, and on the accuracy or step. `--verdict` (judge_peaks) shows which peaks hold."
     ),
     SAMPLES: (
         "Peaks are those of samples: what lies between two is missed. A raw peak follows a "
         "touch-down, or how feet share the load: it depends on the stiffness of contact and "
-        "servos, on step and sampling. `--verdict` (judge_peaks) says which peaks hold."
+        "servos, on step and sampling. `--verdict` (judge_peaks) shows which peaks hold."
     ),
 }
 
@@ -160,16 +160,16 @@ class TorqueBudget(Immutable):
         kinds: one row per kind of joint.
         positive_energy: work given by all joints per cycle (or window) [J].
         negative_energy: work taken up by all joints per cycle (or window) [J], <= 0.
-        distance: way of the centre of mass per cycle along the heading [m]; None without cycles.
+        distance: of the centre of mass per cycle along the heading [m]; None without cycles.
         measured_speed: distance per time [m/s]; None without cycles.
-        nominal_speed: what the gait asked for [m/s]; None where the trace does not say.
+        nominal_speed: of the gait [m/s]; None where the trace does not contain it.
         weight: total mass times gravity [N].
         largest_outside: a larger torque outside the window: joint, time [s], torque [N m].
         sources: what was simulated, one line each.
         assumed: statements of what is assumed rather than taken from a source.
         peaks: what peaks are taken from: "accepted steps" or "samples".
         turn: yaw per cycle [rad], left > 0; None without cycles.
-        nominal_turn: what the gait asked for per cycle [rad]; 0 of a straight one.
+        nominal_turn: of the gait per cycle [rad]; 0 of a straight one.
     """
 
     robot_name: str
@@ -201,13 +201,13 @@ class TorqueBudget(Immutable):
 
     @property
     def cost_of_transport(self) -> float | None:
-        """Absolute energy / (weight * distance) [-]; None where the robot makes no way."""
-        return self._per_way(self.absolute_energy)
+        """Absolute energy / (weight * distance) [-]; None where it does not move forward."""
+        return self._per_distance(self.absolute_energy)
 
     @property
     def cost_of_transport_positive(self) -> float | None:
         """Positive energy / (weight * distance) [-]: braking costs and returns nothing."""
-        return self._per_way(self.positive_energy)
+        return self._per_distance(self.positive_energy)
 
     @property
     def on_the_spot(self) -> bool:
@@ -216,7 +216,7 @@ class TorqueBudget(Immutable):
 
     @property
     def makes_way(self) -> bool:
-        """Whether the robot gets on, so that numbers per metre mean something."""
+        """Whether the robot moves forward, so that numbers per metre mean something."""
         return not self.on_the_spot and self.distance is not None and self.distance > 0.0
 
     @property
@@ -224,7 +224,7 @@ class TorqueBudget(Immutable):
         """Absolute energy per yaw of a robot that turns on the spot [J/rad]; None of others."""
         return self.absolute_energy / abs(self.turn) if self.on_the_spot and self.turn else None
 
-    def _per_way(self, energy: float) -> float | None:
+    def _per_distance(self, energy: float) -> float | None:
         """Return an energy per weight and distance."""
         return None if self.on_the_spot else energy_per_way(energy, self.weight, self.distance)
 
@@ -286,7 +286,7 @@ def _heading_lines(budget: TorqueBudget) -> list[str]:
 
 
 def _whole_lines(budget: TorqueBudget, per: str) -> list[str]:
-    """Return energy, way and cost of transport of the whole robot."""
+    """Return energy, distance and cost of transport of the whole robot."""
     title = f"Whole robot, mechanical energy at the joints, per {per}"
     rows: list[tuple[str, float, str]] = [
         ("absolute (braking costs as much as driving)", budget.absolute_energy, "J"),
@@ -306,7 +306,7 @@ def _whole_lines(budget: TorqueBudget, per: str) -> list[str]:
         rows.append(("mean speed", speed, f"m/s{share}"))
         costs = (budget.cost_of_transport, budget.cost_of_transport_positive)
         if costs[0] is None or costs[1] is None:
-            last = "the robot makes no way forward: no cost of transport"
+            last = "the robot does not move forward: no cost of transport"
         else:
             rows.append(("cost of transport, absolute energy / (m g d)", costs[0], ""))
             rows.append(("cost of transport, positive energy / (m g d)", costs[1], ""))

@@ -23,10 +23,10 @@ class TorqueMap(GridResult):
     """Torques on a grid of S strokes by C cycle times: n joints, F feet, 2 phases; SI units.
 
     Every number is over the whole cycles of the runs' window. A point that could not be walked is
-    NaN, and `reason` says why. Phases are those of the gait's schedule: "retraction" while the leg
-    is on the ground, "protraction" while it swings; torques of a phase are those of samples, peaks
-    those of accepted steps where the largest of all is in that phase. Two maps are equal when every
-    bit is.
+    NaN, and `reason` has the cause. Phases are those of the gait's schedule: "retraction" while the
+    leg is on the ground, "protraction" while it swings; torques of a phase are those of samples,
+    peaks those of accepted steps where the largest of all is in that phase. Two maps are equal when
+    every bit is.
 
     Attributes:
         joint_names: n names.

@@ -85,13 +85,13 @@ def trace_from_group(path: str, group: tuple[Mapping[str, Any], Mapping[str, Any
     """
     arrays, attributes = group
     _check_schema(path, attributes)
-    told = attributes.get("digest")
+    digest = attributes.get("digest")
     try:
         trace = _from_arrays(arrays, _recorded(attributes))
     except (ParameterError, RecursionError) as error:
-        damage = "" if _stored_digest(arrays) == str(told) else f"{DAMAGED}; "
+        damage = "" if _stored_digest(arrays) == str(digest) else f"{DAMAGED}; "
         raise TraceFileError(f"{path}: {damage}{error}") from error
-    if trace.digest != str(told):
+    if trace.digest != str(digest):
         raise TraceFileError(f"{path}: {DAMAGED}.")
     return trace
 
@@ -125,9 +125,9 @@ def _check_schema(path: str | Path, attributes: Mapping[str, Any]) -> None:
 
 
 def _recorded(attributes: Mapping[str, Any]) -> tuple[str, ...] | None:
-    """Return the groups that a file says it holds; None: all."""
-    told = attributes.get("recorded")
-    return None if told is None else recorded_groups(str(told).split(", "))
+    """Return the groups that a file lists; None: all."""
+    listed = attributes.get("recorded")
+    return None if listed is None else recorded_groups(str(listed).split(", "))
 
 
 def _from_arrays(arrays: Mapping[str, npt.NDArray[Any]], recorded: tuple[str, ...] | None) -> Trace:

@@ -1,4 +1,4 @@
-"""What a trace holds: its arrays with axes and units, and how they are checked and kept."""
+"""What a trace holds: its arrays with axes and units, and how they are checked and stored."""
 
 from __future__ import annotations
 

@@ -17,8 +17,8 @@ from hexapod_pin.results.torque_budget import torque_budget
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.robot.rotations import trunk_yaw, yawed
 
-LEAST_WAY = 0.25
-"""Planned way over the stroke below which a run is too short to judge its speed (*assumed*)."""
+LEAST_STROKES = 0.25
+"""Planned distance over the stroke below which no speed is judged (*assumed*)."""
 
 LEAST_TURN = math.radians(2.0)
 """Planned yaw below which it is not judged as a share [rad] (*assumed*)."""
@@ -36,7 +36,7 @@ class TravelledPath:
         travelled_distance: made along it, by the centre of mass [m].
         planned_turn: yaw, left > 0 [rad].
         turn: made [rad].
-        least_distance: planned way below which none is judged [m].
+        least_distance: planned distance below which none is judged [m].
     """
 
     start: float
@@ -60,7 +60,7 @@ class TravelledPath:
 
     @property
     def speed_share(self) -> float | None:
-        """Way over planned way [-]; None where too little or nothing was planned."""
+        """Distance over planned distance [-]; None where too little or nothing was planned."""
         judged = self.planned_distance > max(self.least_distance, 0.0)
         return self.travelled_distance / self.planned_distance if judged else None
 
@@ -76,7 +76,7 @@ class TravelledPath:
 
 
 def travelled_path(trace: Trace) -> TravelledPath:
-    """Return the way of a run over its whole cycles of steady walking, else over all of it."""
+    """Return the path of a run over its whole cycles of steady walking, else over all of it."""
     if trace.run.walk.cycle_time is not None:
         try:
             return _over_cycles(trace)
@@ -86,7 +86,7 @@ def travelled_path(trace: Trace) -> TravelledPath:
 
 
 def _over_cycles(trace: Trace) -> TravelledPath:
-    """Return the way over whole cycles: distance and speed are those of the torque budget."""
+    """Return the path over whole cycles: distance and speed are those of the torque budget."""
     budget = torque_budget(trace)
     window, cycles = budget.window, budget.window.parts
     time = window.end - window.start
@@ -100,7 +100,7 @@ def _over_cycles(trace: Trace) -> TravelledPath:
 
 
 def _over_all(trace: Trace) -> TravelledPath:
-    """Return the way of a whole run against the planned motion of the body, ramps included."""
+    """Return the path of a whole run against the planned motion of the body, ramps included."""
     time = trace.time
     try:
         body = planned_body(trace.run.case.controller, trace.run.walk.nominal_speed)
@@ -118,13 +118,13 @@ def _over_all(trace: Trace) -> TravelledPath:
     along = np.divide(pace, length[:, None], where=moving[:, None], out=np.zeros_like(pace))
     middle = 0.5 * (yaw[1:] + yaw[:-1]) - yaw[0]
     place = trace.com if "com" in trace.recorded else trace.q
-    ways = np.diff(place[:, :2], axis=0) * yawed(along, middle)
+    steps = np.diff(place[:, :2], axis=0) * yawed(along, middle)
     planned = float(np.sum(0.5 * (size[1:] + size[:-1]) * np.diff(time)))
     return TravelledPath(
         float(time[0]), float(time[-1]), None, planned_distance=planned,
-        travelled_distance=float(ways.sum()),
+        travelled_distance=float(steps.sum()),
         planned_turn=float(pose[-1, 2] - pose[0, 2]), turn=turn,
-        least_distance=LEAST_WAY * _stroke(body.gait, float(size.max())),
+        least_distance=LEAST_STROKES * _stroke(body.gait, float(size.max())),
     )  # fmt: skip
 
 
@@ -155,7 +155,7 @@ class Fall:
 
     Attributes:
         time: when it was first seen [s].
-        how: in words: "sank to half of its standing height", "tipped over by 45 degrees" or "all
+        how: "sank to half of its standing height", "tipped over by 45 degrees" or "all
             feet left the ground".
     """
 

@@ -1,4 +1,4 @@
-"""A motor selection in words, numbers and tables, as its report and its figures have them."""
+"""Texts, numbers and tables of a motor selection, for its report and its figures."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Deciding(NamedTuple):
 
     @property
     def text(self) -> str:
-        """What decides, in words."""
+        """What decides, as text."""
         if not self.name:
             return UNKNOWN
         return f"{WORDS[self.name]} of the {self.kind} joints" + (
@@ -66,7 +66,7 @@ def deciding(uses: tuple[KindUse, ...]) -> Deciding:
 
 
 def unknown_uses(candidate: MotorCandidate) -> list[str]:
-    """Return which uses are unknown for some kind of joint, in words."""
+    """Return which uses are unknown for some kind of joint, as text."""
     return [
         f"{WORDS[name]} ({', '.join(kinds)})"
         for name in USES
@@ -298,7 +298,7 @@ def ranking_tables(
 def _ranking_table(
     s: MotorSelection, candidates: Sequence[MotorCandidate], kinds: Sequence[str], whole: bool
 ) -> Table:
-    """Return one table; uses that are unknown of all its motors are said below it."""
+    """Return one table; uses that are unknown of all its motors are listed below it."""
     shown = {
         kind: [n for n in USES if any(not math.isnan(_use(c, kind, n)) for c in candidates)]
         for kind in kinds
@@ -342,7 +342,7 @@ def _use(candidate: MotorCandidate, kind: str, name: str) -> float:
 
 
 def data_sheet_table(records: Sequence[MotorRecord]) -> Table:
-    """Return what the data sheets tell of motors, a column each."""
+    """Return what the data sheets give of motors, a column each."""
     columns = (Column("Quantity", wide=True), *(Column(r.name, wide=True) for r in records))
     rows = tuple(
         (Cell(label), *(Cell(_value(record, name, scale)) for record in records))

@@ -241,12 +241,12 @@ def _lines(found: SweepNumbers, item: dict[str, Any]) -> Figure:
     figure = Figure(figsize=(1.0 + 3.4 * len(kinds), 3.8), layout="constrained")
     panels = figure.subplots(1, len(kinds), squeeze=False, sharey=True)[0]
     for k, (axes, kind) in enumerate(zip(panels, kinds, strict=True)):
-        for name, (line, words) in LINES.items():
+        for name, (line, label) in LINES.items():
             cells = [found.columns[name].values[across == x, k] for x in points]
             low, middle, high = np.array(
                 [_percentiles(c, (BAND[0], 50.0, BAND[1])) for c in cells]
             ).T
-            axes.plot(points, middle, line, color=f"C{k}", marker=".", label=words)
+            axes.plot(points, middle, line, color=f"C{k}", marker=".", label=label)
             if max(map(len, cells)) > 1:
                 axes.fill_between(points, low, high, color=f"C{k}", alpha=0.2, lw=0)
         axes.set_title(kind, fontsize="medium")

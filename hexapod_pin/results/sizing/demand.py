@@ -120,7 +120,7 @@ class JointDemand(Record):
             torque: at the joints [N m]. Shape (T, n).
             speed: signed [rad/s]. Shape (T, n).
             joint_names: n names; None: "joint 1", ...
-            joint_kinds: of the joints; None: as their names tell.
+            joint_kinds: of the joints; None: from their names.
             cycles: how often the motion repeats within the samples; None: not at all.
             armature: rotor inertia that the torques contain [kg m^2]; one number or (n,).
             load_inertia: [kg m^2]; one number or (n,).
@@ -161,7 +161,7 @@ class JointDemand(Record):
 
     @property
     def cost_of_transport(self) -> float | None:
-        """Mechanical work by its size / (m g d) [-], all joints; None where it makes no way."""
+        """Mechanical work by its size / (m g d) [-], all joints; None without a distance."""
         return self.per_way(float(np.sum(self.positive_energy - self.negative_energy)))
 
     @property
@@ -170,7 +170,7 @@ class JointDemand(Record):
         return self.per_way(float(np.sum(self.positive_energy)))
 
     def per_way(self, energy: float) -> float | None:
-        """Return an energy per cycle [J] over weight and way per cycle [-]; None without way."""
+        """Return an energy per cycle [J] over weight and distance [-]; None without a distance."""
         if self.distance is None or not (self.distance > 0.0 and self.weight > 0.0):
             return None
         return energy / (self.weight * self.distance)
@@ -236,14 +236,14 @@ class JointDemand(Record):
         for kind in kinds:
             if kind not in self.joint_kinds:
                 raise UnknownNameError("kind of joint", kind, sorted(set(self.joint_kinds)))
-        kept = [j for j, kind in enumerate(self.joint_kinds) if kind in kinds]
-        samples = {k: getattr(self, k)[:, kept] for k in ("torque", "speed", "acceleration")}
+        chosen = [j for j, kind in enumerate(self.joint_kinds) if kind in kinds]
+        samples = {k: getattr(self, k)[:, chosen] for k in ("torque", "speed", "acceleration")}
         return replace(
             self,
-            joint_names=tuple(self.joint_names[j] for j in kept),
-            joint_kinds=tuple(self.joint_kinds[j] for j in kept),
+            joint_names=tuple(self.joint_names[j] for j in chosen),
+            joint_kinds=tuple(self.joint_kinds[j] for j in chosen),
             **samples,
-            **{name: getattr(self, name)[kept] for name in per_joint()},
+            **{name: getattr(self, name)[chosen] for name in per_joint()},
         )
 
 

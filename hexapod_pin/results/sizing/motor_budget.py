@@ -45,7 +45,7 @@ class MotorBudget(Immutable):
         kinds: one row per kind: the worst of its joints, number by number.
         robot: the worst of all joints.
         battery: what all joints together draw.
-        demand: what it was held against.
+        demand: what the motors were compared with.
         derating: what of the data sheet was allowed.
         notes: what is assumed, estimated or unknown.
     """
@@ -311,10 +311,10 @@ def _inertia_cells(row: MotorUse, demand: JointDemand) -> Sequence[Cell]:
     )  # fmt: skip
 
 
-# The motors of a catalogue held against one run, ranked.
+# The motors of a catalogue compared with one run, ranked.
 
 CAVEAT = (
-    "Held against the run as it is: neither the motors' masses and rotors nor their lines were in "
+    "Compared with the run as it is: neither the motors' masses and rotors nor their lines were in "
     "it. `hexapod-pin select` simulates each motor with them."
 )
 
@@ -383,7 +383,7 @@ def motor_ranking(
 
     Args:
         run: a trace, or what its joints need.
-        records: rows of a catalogue; those without a torque-speed line are told apart.
+        records: rows of a catalogue; those without a torque-speed line are listed apart.
         derating: what of the data sheets is allowed; None: the default.
         source: of the catalogue, for the heading.
 

@@ -94,7 +94,7 @@ def _accepted(summary: Summary, trace: Trace, sampled: dict[str, Any]) -> dict[s
 
 
 def _of_robot(trace: Trace, window: Window, postures: int, notes: list[str]) -> dict[str, Any]:
-    """Return what needs the robot's model; NaN with a note where the trace does not tell it."""
+    """Return what needs the robot's model; NaN with a note where the trace does not contain it."""
     unknown = np.full(len(trace.joint_names), np.nan)
     nothing = {"armature": np.zeros(len(unknown))} | dict.fromkeys(
         ("load_inertia", "standing", "holding", "holding_lost_leg"), unknown
@@ -136,15 +136,14 @@ def load_inertia(robot: RecordedRobot, q: Array) -> Array:
 
 
 def _limited(budget: TorqueBudget) -> list[str]:
-    """Say where the run's own limits cut off what the joints would have been asked for."""
+    """Return a note where the run's own limits cut torques off."""
     cut = {row.joint: row.at_limit for row in budget.joints if row.at_limit > 0.0}
     if not cut:
         return []
     most = max(cut, key=lambda joint: cut[joint])
     return [
         f"{len(cut)} joints were at the torque limit of the run, {most} for "
-        f"{100.0 * cut[most]:.2g} % of the time: what a stronger motor would be asked for there is "
-        "not known from it"
+        f"{100.0 * cut[most]:.2g} % of the time: what a stronger motor would deliver is unknown"
     ]
 
 
