@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import errno
 import json
 import os
 import re
@@ -24,7 +23,7 @@ import pytest
 from refusals import refused
 from synthetic import FEET, JOINTS, URDF, WEIGHT, synthetic_trace, with_run
 
-from hexapod_pin.errors import ParameterError, TraceFileError, ViewerError
+from hexapod_pin.errors import ParameterError, ViewerError
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.view import live_viewer, view, write_html
 from hexapod_pin.view.scene_graph import animation_command, frame_samples, scene_commands
@@ -260,20 +259,6 @@ def test_bad_requests_are_refused(trace: Trace, tmp_path: Path) -> None:
     with refused(ViewerError, about=("'knee'",)):
         write_html(other, tmp_path / "x.html")
     assert os.listdir(tmp_path) == []
-
-
-def test_a_failed_write_keeps_the_old_page(
-    trace: Trace, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def full(*_: object) -> None:
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    path = tmp_path / "walk.html"
-    path.write_text("old")
-    monkeypatch.setattr(os, "replace", full)
-    with refused(TraceFileError, about=("walk.html", os.strerror(errno.ENOSPC))):
-        write_html(trace, path)
-    assert (path.read_text(), os.listdir(tmp_path)) == ("old", ["walk.html"])
 
 
 # --- live ---------------------------------------------------------------------------------------

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import errno
 import json
-import os
-import resource
 import subprocess
 import sys
 from dataclasses import replace
@@ -253,65 +250,6 @@ def test_flipped_bytes_are_refused_or_harmless(trace: Trace, saved: Path) -> Non
         except TraceFileError:
             caught += 1
     assert caught > 10
-
-
-def refuse_to_write(monkeypatch: pytest.MonkeyPatch, call: str) -> None:
-    """Let one system call fail as on a full disk."""
-
-    def full(*_: object, **__: object) -> None:
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    monkeypatch.setattr(os, call, full)
-
-
-@pytest.mark.parametrize("call", ["replace", "fsync"])
-def test_a_failed_save_keeps_the_old_file(
-    trace: Trace, saved: Path, monkeypatch: pytest.MonkeyPatch, call: str
-) -> None:
-    """Disk full: the error tells the bytes needed, the old file is intact, no litter is left."""
-    before, size = saved.read_bytes(), saved.stat().st_size
-    refuse_to_write(monkeypatch, call)
-    other = with_run(trace, method="xxxx")  # "none" before: same length
-    with refused(TraceFileError, about=(str(saved), str(size))) as caught:
-        other.save(saved)
-    assert caught.value.__cause__.errno == errno.ENOSPC
-    assert saved.read_bytes() == before
-    assert os.listdir(saved.parent) == ["walk.nc"]
-
-
-def test_a_real_size_limit_keeps_the_old_file(trace: Trace, saved: Path) -> None:
-    """The system itself stops the write half-way (file size limit of this process)."""
-    before = saved.read_bytes()
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, hard))
-    try:
-        with refused(TraceFileError, about=(str(saved), "ulimit -f")) as caught:
-            trace.save(saved)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-    assert caught.value.__cause__.errno == errno.EFBIG
-    assert saved.read_bytes() == before
-    assert os.listdir(saved.parent) == ["walk.nc"]
-
-
-def test_a_missing_directory_is_a_typed_error(trace: Trace, tmp_path: Path) -> None:
-    (tmp_path / "file").touch()
-    for folder, number in (("none", errno.ENOENT), ("file", errno.ENOTDIR)):
-        path = tmp_path / folder / "walk.nc"
-        with refused(TraceFileError, about=(str(path),)) as caught:
-            trace.save(path)
-        assert caught.value.__cause__.errno == number
-
-
-def test_save_follows_no_link_and_gives_usual_permissions(trace: Trace, saved: Path) -> None:
-    link = saved.with_name("latest.nc")
-    link.symlink_to(saved)
-    with refused(TraceFileError, about=(str(link), str(saved))) as caught:
-        trace.save(link)
-    assert caught.value.__cause__.errno == errno.ELOOP and link.is_symlink()
-    plain = saved.with_name("plain")
-    plain.touch()
-    assert saved.stat().st_mode == plain.stat().st_mode
 
 
 def test_a_trace_needs_no_simulator_or_viewer() -> None:
