@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import subprocess
 import sys
 from dataclasses import replace
@@ -17,7 +16,7 @@ from synthetic import FEET, JOINTS, WEIGHT, synthetic_trace, with_run
 from hexapod_pin.errors import ParameterError, TraceFileError, UnknownNameError
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.trace_file import load_trace
-from hexapod_pin.results.trace_layout import ENERGIES, frozen_json
+from hexapod_pin.results.trace_layout import ENERGIES
 
 
 @pytest.fixture
@@ -90,17 +89,12 @@ def test_a_missing_energy_is_refused_by_name() -> None:
         replace(trace, energy=energy)
 
 
-def test_meta_is_kept_as_json_gives_it_back() -> None:
-    """The quick copy equals the way through JSON text, type by type."""
-    meta = {
-        "text": "a\u00b5", "n": 3, "x": 0.1, "yes": True, "none": None, "t": (1, (2.5, "b")),
-        "array": np.arange(4.0).reshape(2, 2), "scalar": np.float64(0.3), "whole": np.int64(7),
-        "deep": {"k": [1, {"m": (0.5,)}], 3: "three"},
-    }  # fmt: skip
-    plain = json.loads(json.dumps(meta, default=lambda value: value.tolist()))
-    kept = frozen_json("meta", meta)
-    assert dict(kept) == plain
-    assert json.dumps(dict(kept)) == json.dumps(plain)
+def test_counters_are_pythons_numbers() -> None:
+    given = {"steps": np.int64(7), "error_most": np.float64(0.1)}
+    counters = replace(synthetic_trace(), counters=given).counters
+    assert [type(value) for value in counters.values()] == [int, float] and counters == given
+    with refused(ParameterError, "Trace.counters[steps]", "7"):
+        replace(synthetic_trace(), counters={"steps": "7"})
 
 
 def test_joints_and_feet_are_found_by_name() -> None:

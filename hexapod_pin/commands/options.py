@@ -80,6 +80,22 @@ FootRadius = Annotated[
     typer.Option(help="Radius of all foot spheres [m]; default: the URDF's own."),
 ]
 
+ImportCode = Annotated[
+    OptionalPath,
+    typer.Option(
+        "--import",
+        help="A Python file that registers controllers of your own (workers do not read it).",
+    ),
+]
+
+
+def import_code(path: Path | None) -> None:
+    """Import the file of `--import`, if any; raises as `import_file`."""
+    if path is not None:
+        from hexapod_pin.commands.import_file import import_file
+
+        import_file("--import", path)
+
 
 def given(**fields: float | None) -> dict[str, float]:
     """Return the fields that are not None."""

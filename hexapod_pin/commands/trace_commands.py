@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hexapod_pin.commands.options import (
+    ImportCode,
     OptionalFloat,
     OptionalPath,
     OptionalText,
     Threads,
     TracePath,
     Verdict,
+    import_code,
 )
 from hexapod_pin.commands.terminal import echo
 
@@ -35,25 +37,18 @@ def budget(
         OptionalPath, typer.Option(help="Rank those of your own catalogue (CSV).")
     ] = None,
     motor: Annotated[
-        OptionalText, typer.Option(help="Hold one motor against it: all joints, battery, heat.")
+        OptionalText, typer.Option(help="Compare one motor with it: all joints, battery, heat.")
     ] = None,
     voltage: Annotated[
         OptionalFloat, typer.Option(help="Of the battery [V]: only rows of that voltage.")
     ] = None,
-    code: Annotated[
-        OptionalPath,
-        typer.Option(
-            "--import", help="A Python file that registers the trace's own controller (--verdict)."
-        ),
-    ] = None,
+    code: ImportCode = None,
 ) -> None:
     """Print the torque budget of a trace."""
     from hexapod_pin.commands.case_report import verdict_on_peaks
-    from hexapod_pin.commands.import_file import import_file
     from hexapod_pin.results.trace_file import load_trace
 
-    if code is not None:
-        import_file("--import", code)
+    import_code(code)
     run = load_trace(trace)
     compared = catalog or catalog_file is not None or motor is not None or voltage is not None
     motors = motors_of(run, catalog_file, motor, voltage) if compared else None

@@ -27,7 +27,7 @@ from hexapod_pin.file_schema import (
     check_names,
     json_object,
 )
-from hexapod_pin.results.result_files import Column, Group, write_netcdf
+from hexapod_pin.results.result_files import Column, Group, require_schema, write_netcdf
 from hexapod_pin.results.run_record import Facts
 from hexapod_pin.results.schema import Record, schema
 from hexapod_pin.results.trace_layout import described
@@ -303,20 +303,6 @@ def _check_repeated(arrays: Mapping[str, npt.NDArray[Any]], shape: tuple[int, ..
         "check_change": ArrayRule(("check", "check_quantity"), least=0.0, nan=True),
     }
     check_arrays(arrays, rules, {"check": len(points), "check_quantity": count})
-
-
-def require_schema(where: str, attributes: Mapping[str, Any], schema: tuple[str, int]) -> None:
-    """Refuse a group of another kind, or of a later release.
-
-    Raises:
-        TraceFileError: names it.
-    """
-    found = attributes.get("schema")
-    if not isinstance(found, str) or found != schema[0]:
-        raise TraceFileError(f"{where}: schema {found!r} instead of {schema[0]!r}.")
-    version = attributes.get("schema_version")
-    if not isinstance(version, int | np.integer) or version != schema[1]:
-        raise TraceFileError(f"{where}: schema version {version}; this release reads {schema[1]}.")
 
 
 def relative_change(value: Any, other: Any) -> float:

@@ -221,6 +221,27 @@ def _damage(data: bytes, error: Exception) -> str:
     return f"damaged ({type(error).__name__}: {detail})."
 
 
+def require_schema(where: str, attributes: Mapping[str, Any], schema: tuple[str, int]) -> None:
+    """Refuse a file, or a group of one, of another kind or of another release's schema.
+
+    Args:
+        where: the file, for messages.
+        attributes: of the file.
+        schema: name and version that are read.
+
+    Raises:
+        TraceFileError: it is another one.
+    """
+    found, version = attributes.get("schema"), attributes.get("schema_version")
+    if not isinstance(found, str) or found != schema[0]:
+        raise TraceFileError(f"{where}: schema {found!r} instead of {schema[0]!r}.")
+    if not isinstance(version, int | np.integer) or version != schema[1]:
+        raise TraceFileError(
+            f"{where}: schema version {version}; this release reads {schema[1]}: use the release "
+            "of hexapod_pin that wrote the file."
+        )
+
+
 # A checksum behind the last byte of a file, checked before anything else looks at the file.
 #
 # HDF5 follows the links of a file, for ever where damage made them circular; what stands behind

@@ -19,7 +19,7 @@ from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import ParameterError, TraceFileError
 from hexapod_pin.file_schema import Bound, FileData, Name, check_data
-from hexapod_pin.results.result_files import JSON, check_ending, without_non_finite
+from hexapod_pin.results.result_files import JSON, check_ending, require_schema, without_non_finite
 from hexapod_pin.results.run_record import Event, JointLimits, RunRecord
 from hexapod_pin.results.schema import (
     Record,
@@ -308,11 +308,7 @@ def load_summary(path: str | Path) -> Summary:
         found = json.loads(read_bytes(path, TEXT_BYTES))
     except (OSError, ValueError, RecursionError) as error:
         raise TraceFileError(f"{path}: cannot be read as JSON ({reason_of(error)}).") from error
-    if not isinstance(found, dict) or found.get("schema") != FILE[0]:
-        raise TraceFileError(f"{path}: not a summary.")
-    if found.get("schema_version") != FILE[1]:
-        raise TraceFileError(f"{path}: schema version {found.get('schema_version')}; this release "
-                             f"reads {FILE[1]}.")  # fmt: skip
+    require_schema(str(path), found if isinstance(found, dict) else {}, FILE)
     try:
         joints, feet = _checked_file(found)
         run = RunRecord.from_dict(found["run"], found["case"], joint=len(joints), foot=len(feet))

@@ -36,7 +36,6 @@ from hexapod_pin.results.trace_layout import (
     described,
     digest_of,
     frozen,
-    frozen_json,
 )
 
 if TYPE_CHECKING:
@@ -128,7 +127,8 @@ class Trace(Record):  # noqa: PLW1641  # no record has a hash
         super().__post_init__()
         if "energy" in self.recorded:
             object.__setattr__(self, "energy", self._frozen_energy())
-        object.__setattr__(self, "counters", frozen_json("Trace.counters", self.counters))
+        counters = {name: np.asarray(value).item() for name, value in self.counters.items()}
+        object.__setattr__(self, "counters", MappingProxyType(counters))
         if self.error is not None and self.error.place.shape != self.time.shape:
             raise ParameterError("Trace.error", self.error.place.shape, "one row per sample")
         if np.any(np.diff(self.time) <= 0.0) or not np.all(np.isfinite(self.time)):

@@ -7,7 +7,6 @@ from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
 import numpy.typing as npt
 
 from hexapod_pin.arguments import checked
@@ -31,6 +30,7 @@ from hexapod_pin.results.result_files import (
     ending,
     netcdf_groups,
     read_netcdf,
+    require_schema,
     write_netcdf,
 )
 from hexapod_pin.results.run_facts import left_out, recorded_groups
@@ -84,7 +84,7 @@ def trace_from_group(path: str, group: tuple[Mapping[str, Any], Mapping[str, Any
         TraceFileError: as `load_trace`.
     """
     arrays, attributes = group
-    _check_schema(path, attributes)
+    require_schema(path, attributes, (SCHEMA, SCHEMA_VERSION))
     digest = attributes.get("digest")
     try:
         trace = _from_arrays(arrays, _recorded(attributes))
@@ -109,19 +109,6 @@ def _stored_digest(arrays: Mapping[str, npt.NDArray[Any]]) -> str | None:
         )  # fmt: skip
     except (KeyError, ValueError, TypeError, AttributeError, RecursionError, ParameterError):
         return None  # too far from a trace to have one
-
-
-def _check_schema(path: str | Path, attributes: Mapping[str, Any]) -> None:
-    """Refuse files that are no traces, and traces of another schema."""
-    found = attributes.get("schema")
-    if not isinstance(found, str) or found != SCHEMA:
-        raise TraceFileError(f"{path}: not a trace (schema {found!r} instead of {SCHEMA!r}).")
-    version = attributes.get("schema_version")
-    if not isinstance(version, int | np.integer) or version != SCHEMA_VERSION:
-        raise TraceFileError(
-            f"{path}: schema version {version}; this release reads {SCHEMA_VERSION}: use the "
-            "release of hexapod_pin that wrote the file."
-        )
 
 
 def _recorded(attributes: Mapping[str, Any]) -> tuple[str, ...] | None:
