@@ -104,7 +104,7 @@ def test_a_disk_full_at_the_last_step_leaves_the_earlier_file(
     assert (path.read_text(), left(tmp_path)) == ("old", ["a.txt"])
 
 
-def test_a_limit_on_file_sizes_is_told(tmp_path: Path) -> None:
+def test_a_limit_on_file_sizes_is_reported(tmp_path: Path) -> None:
     code = (
         "import resource, signal, sys; from hexapod_pin.atomic_file import write_atomically\n"
         "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
@@ -157,7 +157,7 @@ def test_a_folder_that_cannot_be_written_to(tmp_path: Path) -> None:
 def test_names_that_cannot_be_written(
     tmp_path: Path, name: str, number: int | None, about: tuple[str, ...]
 ) -> None:
-    """The file is named, and what the system says of it is the cause."""
+    """The file is named, and the system's error is the cause."""
     (tmp_path / "circle").symlink_to("circle")
     (tmp_path / "file").touch()
     shown = os.path.normpath(tmp_path / name.replace("\0", r"\x00"))

@@ -179,11 +179,11 @@ def test_ctrl_c_keeps_what_was_done() -> None:
             threads=1,
             progress=lambda _: signal.raise_signal(signal.SIGINT),
         )
-    kept = caught.value.result
-    assert not kept.finished and len(kept.runs) == 6
-    outcomes = [run.outcome for run in kept.runs]
+    partial = caught.value.result
+    assert not partial.finished and len(partial.runs) == 6
+    outcomes = [run.outcome for run in partial.runs]
     assert outcomes.count(Outcome.WALKED) == 1 and outcomes.count(Outcome.NOT_RUN) == 5
-    assert "not run" in kept.table()
+    assert "not run" in partial.table()
 
 
 # --- the figure ---------------------------------------------------------------------------------
@@ -246,9 +246,9 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
     slippery = hp.Scene(ROBOT, contact=hp.Contact.accurate().with_mu(0.1))
     hp.Case(slippery, FAST, duration=1.7).save("fast.toml")
 
-    def command(*words: str) -> SimpleNamespace:
+    def command(*options: str) -> SimpleNamespace:
         with pytest.raises(SystemExit) as exit_:
-            main(("compare", *words))
+            main(("compare", *options))
         out, err = capsys.readouterr()
         return SimpleNamespace(status=exit_.value.code, out=out, err=err)
 
@@ -272,8 +272,8 @@ def test_own_scenes_and_bumps(run: Run) -> None:
     own = run("plain.toml", "fast.toml", "--own-scenes", "--markdown")
     assert own.status == 0 and "| plain | fast |" in own.out
     assert "1.6 s" in own.out and "1.7 s" in own.out
-    words = ("--bumps", "0.005", "--wavelength", "0.3", "--seeds", "3", "--length", "0.4")
-    bumps = run("plain.toml", "fast.toml", *words, "--json", "numbers.json")
+    options = ("--bumps", "0.005", "--wavelength", "0.3", "--seeds", "3", "--length", "0.4")
+    bumps = run("plain.toml", "fast.toml", *options, "--json", "numbers.json")
     assert bumps.status == 0 and "bumps of 0.005 m, 0.3 m apart (3 variants)" in bumps.out
     runs = json.loads(Path("numbers.json").read_text())["runs"]
     expected = hp.simulate(BUMPS[2], PLAIN, duration=DURATION).summary
@@ -281,19 +281,19 @@ def test_own_scenes_and_bumps(run: Run) -> None:
 
 
 def test_the_command_goes_on_with_a_store(run: Run) -> None:
-    words = ("plain.toml", "fast.toml", "--store", "rows.db", "--json", "numbers.json")
-    first = run(*words)
+    options = ("plain.toml", "fast.toml", "--store", "rows.db", "--json", "numbers.json")
+    first = run(*options)
     assert first.status == 0, first.err
-    again = run(*words)
+    again = run(*options)
     assert again.status == 2 and "--resume" in again.err
-    resumed = run(*words, "--resume", "--threads", "1")
+    resumed = run(*options, "--resume", "--threads", "1")
     assert (resumed.status, resumed.out) == (0, first.out)
-    refused_too = run(*words[:2], "--resume")
+    refused_too = run(*options[:2], "--resume")
     assert refused_too.status == 2 and "store" in refused_too.err
 
 
 @pytest.mark.parametrize(
-    ("words", "culprit"),
+    ("options", "culprit"),
     [
         (("none.toml",), "none.toml"),
         (("plain.toml", "plain.toml"), "two of 'plain'"),
@@ -312,6 +312,6 @@ def test_the_command_goes_on_with_a_store(run: Run) -> None:
         (("plain.toml", "--import", "none.py"), "--import"),
     ],
 )
-def test_refusals_are_one_message(run: Run, words: tuple[str, ...], culprit: str) -> None:
-    done = run(*words)
+def test_refusals_are_one_message(run: Run, options: tuple[str, ...], culprit: str) -> None:
+    done = run(*options)
     assert done.status == 2 and culprit in done.err and done.err.count("\n") == 1

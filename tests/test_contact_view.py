@@ -108,13 +108,13 @@ def test_figure_shows_what_the_law_has() -> None:
             assert panel.get_ylabel()
             assert panel.lines
     figure = draw(named_law("restitution"), mass=0.5, speed=0.1)
-    assert len(figure.axes[1].lines) == len(DAMPING_RATIO) + 1  # all laws and the point asked for
+    assert len(figure.axes[1].lines) == len(DAMPING_RATIO) + 1  # all laws and the point requested
 
 
 def test_without_matplotlib_the_numbers_are_still_printed(
     contact, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The default figure is left out with one message; one asked for by name is refused at once."""
+    """The default figure is left out with one message; one requested by name is refused at once."""
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     status, out, err = contact("s1")
     assert (status, list(tmp_path.iterdir())) == (0, [])
@@ -126,7 +126,7 @@ def test_without_matplotlib_the_numbers_are_still_printed(
 
 
 REFUSALS = {
-    "nothing asked": ((), "LAW"),
+    "nothing requested": ((), "LAW"),
     "unknown law": (("glue",), "glue"),
     "unknown parameter": (("tanh-coulomb", "kt=3"), "kt"),
     "no number": (("kelvin-voigt", "stiffness=stiff"), "stiffness"),
@@ -143,11 +143,11 @@ REFUSALS = {
 }
 
 
-@pytest.mark.parametrize(("words", "culprit"), REFUSALS.values(), ids=REFUSALS.keys())
+@pytest.mark.parametrize(("options", "culprit"), REFUSALS.values(), ids=REFUSALS.keys())
 def test_refusal_is_one_message_with_status_2(
-    contact, tmp_path: Path, words: tuple[str, ...], culprit: str
+    contact, tmp_path: Path, options: tuple[str, ...], culprit: str
 ) -> None:
-    status, out, err = contact(*words)
+    status, out, err = contact(*options)
     assert (status, out) == (2, "")
     assert culprit in err
     assert "Traceback" not in err

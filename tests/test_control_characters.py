@@ -61,7 +61,7 @@ def test_a_terminal_is_given_no_control_characters(
 
 
 @pytest.mark.parametrize(
-    "words",
+    "options",
     [
         ("\x1b[31m\u202e",),
         ("--\x1b[31m\u202e",),
@@ -72,9 +72,9 @@ def test_a_terminal_is_given_no_control_characters(
         ("verify", "--only", "\x1b[31m\u202e"),
     ],
 )
-def test_arguments_are_quoted_visibly(words: tuple[str, ...], run: Run) -> None:
-    """In what is said of a command line that cannot be understood, and of a wrong value."""
-    found = run(*words)
+def test_arguments_are_quoted_visibly(options: tuple[str, ...], run: Run) -> None:
+    """In the error of a command line that cannot be understood, and of a wrong value."""
+    found = run(*options)
     assert found.status == 2
     assert r"\u202e" in found.err
     assert not set("\x07\x1b\x9b\u202e") & set(found.out + found.err)

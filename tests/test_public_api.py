@@ -26,7 +26,7 @@ def test_exactly_the_promised_names_are_listed():
 
 @pytest.mark.parametrize("name", [*surface(), *MODULES])
 def test_name_exists_and_is_documented(name: str):
-    """Every listed name can be fetched and says what it is; a class does not inherit that."""
+    """Every listed name can be fetched and has a docstring; a class does not inherit it."""
     found = surface().get(name) or getattr(hp, name)
     own = found.__doc__ if inspect.isclass(found) else inspect.getdoc(found)
     assert (own or "").strip(), f"{name} has no docstring"
@@ -82,10 +82,10 @@ robot drive control simulation results study view ground ground.contact ground.t
 
 
 @pytest.mark.parametrize("room", ROOMS)
-def test_a_room_has_one_door(room: str):
+def test_a_room_lists_its_names(room: str):
     """`__all__` of a room is sorted, complete, and each of its names has a docstring."""
-    door = importlib.import_module(f"hexapod_pin.{room}")
-    assert list(door.__all__) == sorted(set(door.__all__))
-    for name in door.__all__:
-        found = getattr(door, name)
+    package = importlib.import_module(f"hexapod_pin.{room}")
+    assert list(package.__all__) == sorted(set(package.__all__))
+    for name in package.__all__:
+        found = getattr(package, name)
         assert not callable(found) or (inspect.getdoc(found) or "").strip(), name

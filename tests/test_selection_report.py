@@ -1,4 +1,4 @@
-"""The report of a motor selection: what it says, that it is safe, whole and repeatable."""
+"""The report of a motor selection: its content, that it is safe, whole and repeatable."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ class Page(HTMLParser):
         super().__init__()
         self.tags: list[str] = []
         self.references: list[str] = []
-        self.words: list[str] = []
+        self.texts: list[str] = []
         self.feed(text)
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
@@ -140,7 +140,7 @@ class Page(HTMLParser):
         self.references += [v or "" for name, v in attrs if name in ("src", "href", "srcset")]
 
     def handle_data(self, data: str) -> None:
-        self.words.append(data)
+        self.texts.append(data)
 
 
 @pytest.fixture(scope="module")
@@ -166,11 +166,11 @@ def test_a_page_holds_its_figures_and_refers_to_nothing_else(page):
 def test_all_texts_are_escaped(page):
     """What looks like HTML is shown as it is."""
     found = Page(page[1].decode())
-    words = "".join(found.words)
-    assert "Motor selection: <b>robot</b>" in words
-    assert '<script>alert("1")</script> & $x_2$' in words
+    text = "".join(found.texts)
+    assert "Motor selection: <b>robot</b>" in text
+    assert '<script>alert("1")</script> & $x_2$' in text
     assert "i" not in found.tags
-    assert "2020-02-02" in words
+    assert "2020-02-02" in text
 
 
 def test_the_same_selection_gives_the_same_bytes(page, tmp_path):
@@ -199,8 +199,8 @@ def test_a_pdf_holds_what_the_page_holds(page, tmp_path):
     pages = PdfReader(path).pages
     printed = {word for one in pages for word in one.extract_text().split()}
     read = Page(page[1].decode().partition("<body>")[2])
-    wanted = {word for text in read.words for word in text.split() if len(word) <= 12}
-    assert len(wanted) > 300 and wanted - printed == set()
+    expected = {word for text in read.texts for word in text.split() if len(word) <= 12}
+    assert len(expected) > 300 and expected - printed == set()
     assert sum(len(one.images) for one in pages) == 5
     sections = [block.text for block in selection_blocks(page[0], None)
                 if isinstance(block, Heading)]  # fmt: skip
@@ -258,7 +258,7 @@ def test_the_verdict_has_choice_margin_confidence_and_what_decides():
 
 
 def test_a_low_confidence_and_two_voltages_do_not_look_like_a_pass():
-    """The word says how sure it is; a choice that needs two batteries says so."""
+    """The word gives the confidence; a choice that needs two batteries is marked."""
     ranked = candidate(record("M1"), 0.8)
     mixed = {"coxa": record("M1"), "femur": record("M2").model_copy(update={"voltage": 14.8})}
     low = replace(CONFIDENCE, share=0.53)

@@ -45,16 +45,16 @@ def test_without_servos_there_is_nothing_to_change() -> None:
         servo_stiffness(case, case.run())
 
 
-@pytest.mark.parametrize(("more", "told"), [
+@pytest.mark.parametrize(("more", "printed"), [
     ((), True), (("--quick",), False), (("--kp", "240", "--kd", "4.8"), False),
     (("--prescribed",), False),
 ])  # fmt: skip
-def test_walk_tells_it_of_assumed_gains_unless_quick(
-    more: tuple[str, ...], told: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_walk_prints_it_of_assumed_gains_unless_quick(
+    more: tuple[str, ...], printed: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    words = "walk kharagpur --gait tripod --cycle-time 0.4 --stroke 0.03 --duration 1.2 --no-html"
+    options = "walk kharagpur --gait tripod --cycle-time 0.4 --stroke 0.03 --duration 1.2 --no-html"
     with pytest.raises(SystemExit) as ended:
-        main([*words.split(), "--accuracy", "1e-2", "--out", str(tmp_path / "w.nc"), *more])
+        main([*options.split(), "--accuracy", "1e-2", "--out", str(tmp_path / "w.nc"), *more])
     out = capsys.readouterr().out
     assert ended.value.code == 0
-    assert (LINE in out) is told
+    assert (LINE in out) is printed

@@ -66,7 +66,7 @@ def rms(time: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def test_feet_and_way(trace: hp.Trace) -> None:
-    """Forces carry the weight; each foot is down half of the cycle; the way is that of samples."""
+    """Forces carry the weight; each foot is down half of the cycle; distance as of samples."""
     summary = trace.summary
     weight = 9.81 * SCENE.robot.total_mass
     assert summary.impulse[:, 2].sum() == pytest.approx(weight * CYCLE, rel=2e-2)

@@ -255,7 +255,7 @@ def test_a_trace_needs_no_simulator_or_viewer() -> None:
 
 
 def test_damage_is_found_before_hdf5_follows_it(saved: Path) -> None:
-    """Damaged heaps of HDF5 once made it read for ever: any byte that changes is told first."""
+    """Damaged heaps of HDF5 once made it read for ever: any byte that changes is found first."""
     data = saved.read_bytes()
     for place in range(0, len(data) - 30, len(data) // 50):
         saved.write_bytes(data[:place] + bytes([data[place] ^ 16]) + data[place + 1 :])

@@ -21,8 +21,8 @@ STEADY = ("--duration", "1.2")  # two cycles to start, a steady one
 
 def test_walk_run_and_budget_give_the_verdict_of_the_library(run: Run) -> None:
     """One walk, three commands, the same table; JSON holds all its numbers beside the budget."""
-    words = (*QUICK, *STEADY, "--verdict", "--save-case", "case.toml")
-    walked = run(*WALK, *words)
+    options = (*QUICK, *STEADY, "--verdict", "--save-case", "case.toml")
+    walked = run(*WALK, *options)
     assert (walked.status, walked.err) == (0, "")
     expected = hp.study.judge_peaks(hp.load_trace("walk.nc"))
     assert walked.out.endswith(expected.table() + "\n")

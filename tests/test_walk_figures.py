@@ -1,4 +1,4 @@
-"""Figures of walks show what the trace and its analyses say, with S2's signs."""
+"""Figures of walks show the numbers of the trace and its analyses, with S2's signs."""
 
 from __future__ import annotations
 
@@ -53,13 +53,13 @@ def curves(axes: object) -> dict[str, np.ndarray]:
 def test_joint_motion_is_the_trace_in_degrees_and_signs_of_s2(trace: hp.Trace) -> None:
     figure = draw_joint_motion(trace, ["lf"], cycles=1)
     angle, rate = (list(curves(axes).values()) for axes in figure.axes)
-    kept = slice(120, 241)  # the second cycle
+    cycle = slice(120, 241)  # the second cycle
     for k, (joint, sign, less) in enumerate([("coxa", 1, 0), ("femur", -1, 0), ("tibia", 1, 90)]):
         j = trace.joint(f"lf_{joint}_joint")
-        np.testing.assert_array_equal(angle[k][:, 0], trace.time[kept])
-        expected = np.degrees(trace.q[kept, 7 + j])
+        np.testing.assert_array_equal(angle[k][:, 0], trace.time[cycle])
+        expected = np.degrees(trace.q[cycle, 7 + j])
         np.testing.assert_allclose(angle[k][:, 1], sign * expected - less, atol=1e-12)
-        expected = np.degrees(trace.v[kept, 6 + j])
+        expected = np.degrees(trace.v[cycle, 6 + j])
         np.testing.assert_allclose(rate[k][:, 1], sign * expected, atol=1e-12)
     # S2's own numbers: +-20 degrees, a lift by 6 degrees upwards; the middle of the swing is a
     # sample, and the standing posture is level to 0.01 degrees.
