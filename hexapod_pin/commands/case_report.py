@@ -58,23 +58,14 @@ def run_and_report(
             from hexapod_pin.view.html import write_html
 
             files(lambda: write_html(trace, html_path))
-        if whole and walk.walks and not quick and _assumes_gains(case):
+        assumed = case.scene.servos.assumed and not case.scene.prescribed
+        if whole and walk.walks and not quick and assumed:
             echo(_stiffness_line(case, trace, threads) + "\n")
     if verdict and whole:
         echo("\n" + verdict_on_peaks(trace, threads).table())
     if not walk.walks:
-        fail(
-            f"{walk.robot_name} does not walk: {walk.reason}. {_sentence(walk.advice)}",
-            DOES_NOT_WALK,
-        )
-
-
-def _sentence(text: str) -> str:
-    return f"{text[:1].upper()}{text[1:]}."
-
-
-def _assumes_gains(case: Case) -> bool:
-    return case.scene.servos.assumed and not case.scene.prescribed
+        advice = f"{walk.advice[:1].upper()}{walk.advice[1:]}"
+        fail(f"{walk.robot_name} does not walk: {walk.reason}. {advice}.", DOES_NOT_WALK)
 
 
 def _stiffness_line(case: Case, trace: Trace, threads: int) -> str:

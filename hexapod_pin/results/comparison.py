@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 
 from hexapod_pin.atomic_file import write_atomically
-from hexapod_pin.errors import DivergenceError, HexapodError, ParameterError, UnknownNameError
+from hexapod_pin.errors import DivergenceError, HexapodError, ParameterError
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.result_files import JSON, check_ending
+from hexapod_pin.results.schema import require_known
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.walk_metrics import (
     CONFIDENCE,
@@ -290,12 +291,8 @@ class Comparison(Immutable):
         Raises:
             UnknownNameError: there is no such scene or controller.
         """
-        for kind, name, known in (
-            ("scene", scene, self.scenes),
-            ("controller", controller, self.controllers),
-        ):
-            if name not in known:
-                raise UnknownNameError(kind, name, list(known))
+        require_known("scene", scene, self.scenes)
+        require_known("controller", controller, self.controllers)
         return tuple(r for r in self.runs if r.scene == scene and r.controller == controller)
 
     def mean(self, scene: str, controller: str, metric: str) -> Estimate | None:
@@ -393,6 +390,5 @@ def _number(run: ComparedRun, metric: str) -> float | None:
     Raises:
         UnknownNameError: there is no such metric.
     """
-    if metric not in METRICS:
-        raise UnknownNameError("metric", metric, list(METRICS))
+    require_known("metric", metric, METRICS)
     return None if run.metrics is None else getattr(run.metrics, metric)

@@ -10,10 +10,9 @@ import numpy as np
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array
-from hexapod_pin.errors import UnknownNameError
 from hexapod_pin.results.grid_columns import GridResult
 from hexapod_pin.results.result_files import read_netcdf
-from hexapod_pin.results.schema import quantity, schema
+from hexapod_pin.results.schema import quantity, require_known, schema
 from hexapod_pin.text_table import Table
 
 GRID = ("scene", "gait", "speed")
@@ -119,11 +118,8 @@ class GaitEnergy(GridResult):
         """
         name = self.scenes[0] if scene is None else scene
         points = [key for key, one in schema(GaitEnergy).items() if one.axes == GRID]
-        for kind, given, known in (
-            ("scene", name, list(self.scenes)), ("quantity", quantity, points),
-        ):  # fmt: skip
-            if given not in known:
-                raise UnknownNameError(kind, given, known)
+        require_known("scene", name, self.scenes)
+        require_known("quantity", quantity, points)
         values: Array = getattr(self, quantity)[self.scenes.index(name)]
         return values
 
@@ -153,8 +149,7 @@ class GaitEnergy(GridResult):
         Raises:
             UnknownNameError: there is no such cost or scene.
         """
-        if cost not in COSTS:
-            raise UnknownNameError("cost", cost, list(COSTS))
+        require_known("cost", cost, COSTS)
         rows, tie = [], self.tie(cost, scene)
         for speed, column in zip(self.speed, self.of(cost, scene).T, strict=True):
             known = [int(k) for k in np.argsort(column) if np.isfinite(column[k])]

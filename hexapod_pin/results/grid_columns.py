@@ -16,7 +16,7 @@ import numpy.typing as npt
 from pydantic import Field
 
 from hexapod_pin.arrays import Array, read_only, same_bits
-from hexapod_pin.errors import ParameterError, TraceFileError, UnknownNameError
+from hexapod_pin.errors import ParameterError, TraceFileError
 from hexapod_pin.file_schema import (
     ArrayRule,
     Name,
@@ -29,7 +29,7 @@ from hexapod_pin.file_schema import (
 )
 from hexapod_pin.results.result_files import Column, Group, require_schema, write_netcdf
 from hexapod_pin.results.run_record import Facts
-from hexapod_pin.results.schema import Record, schema
+from hexapod_pin.results.schema import Record, require_known, schema
 from hexapod_pin.results.trace_layout import described
 
 if TYPE_CHECKING:
@@ -114,8 +114,7 @@ class AccuracyCheck:
         Raises:
             UnknownNameError: that quantity was not compared.
         """
-        if quantity not in self.quantities:
-            raise UnknownNameError("quantity", quantity, list(self.quantities))
+        require_known("quantity", quantity, self.quantities)
         change = self.change[:, self.quantities.index(quantity)]
         if first is not None:
             change = change[self.points[:, 0] == first]

@@ -112,7 +112,11 @@ def _verdict(
     moved = tuple(key for key, change in changes.items() if not abs(change) <= HOLDS_WITHIN)
     worst = max(rows[ACCURACY if ACCURACY in rows else RUN], key=lambda row: row.torque_peak)
     failed = [row for row in recomputations if row.failure]
-    cut = limited and any(_reaches_limit(row) for each in rows.values() for row in each)
+    cut = limited and any(
+        row.at_limit > 0.0 or row.torque_peak >= LIMITED_TORQUE_SHARE * row.effort_limit
+        for each in rows.values()
+        for row in each
+    )
     verdict = UNKNOWN if failed else AT_LIMIT if cut else RANGE if moved else PEAK
     spread = Spread.of(peaks)
     torque = replace(spread, low=min(spread.low, *led.values())) if led else spread
@@ -151,10 +155,6 @@ def _change(before: float, after: float, floor: float) -> float:
     if size > 0.0:
         return (after - before) / size
     return 0.0 if after == 0.0 else float("inf")
-
-
-def _reaches_limit(row: JointBudget) -> bool:
-    return row.at_limit > 0.0 or row.torque_peak >= LIMITED_TORQUE_SHARE * row.effort_limit
 
 
 def _sentence(verdict: str, torque: Spread, reasons: Sequence[str], limit: float) -> str:

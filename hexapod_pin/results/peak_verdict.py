@@ -6,11 +6,11 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from types import MappingProxyType
-from typing import Any, Protocol, TypeVar
+from typing import Any
 
-from hexapod_pin.errors import UnknownNameError
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.result_files import without_non_finite
+from hexapod_pin.results.schema import named
 from hexapod_pin.results.steady_window import Window
 from hexapod_pin.text_table import Cell, Table
 
@@ -183,7 +183,7 @@ class PeakVerdicts(Immutable):
         Raises:
             UnknownNameError: there is no such joint.
         """
-        return _named("joint", name, self.joints)
+        return named("joint", name, {row.name: row for row in self.joints})
 
     def kind(self, name: str) -> PeakVerdict:
         """Return the verdict of one kind of joint: "coxa", "femur" or "tibia".
@@ -191,7 +191,7 @@ class PeakVerdicts(Immutable):
         Raises:
             UnknownNameError: there is no such kind.
         """
-        return _named("kind of joint", name, self.kinds)
+        return named("kind of joint", name, {row.name: row for row in self.kinds})
 
     def to_dict(self) -> dict[str, Any]:
         """Return all numbers as plain data [N m, N s, shares]; NaN and infinities as None."""
@@ -220,21 +220,6 @@ class PeakVerdicts(Immutable):
     def table(self) -> str:
         """Return the verdicts as plain text with units."""
         return verdict_text(self)
-
-
-class _Named(Protocol):
-    @property
-    def name(self) -> str: ...
-
-
-_Row = TypeVar("_Row", bound=_Named)
-
-
-def _named(what: str, name: str, rows: Sequence[_Row]) -> _Row:
-    found = {row.name: row for row in rows}
-    if name not in found:
-        raise UnknownNameError(what, name, list(found))
-    return found[name]
 
 
 # Peaks with their verdicts as plain text.
@@ -288,7 +273,10 @@ def _rows(rows: Sequence[PeakVerdict], changes: Sequence[Recomputation]) -> list
             row.name,
             row.verdict,
             row.torque_peak.value if row.verdict == PEAK else _span(row.torque_peak),
-            *(_percent(row, change.name) for change in tried),
+            *(
+                f"{100.0 * row.changes[one.name]:+.1f}" if one.name in row.changes else "?"
+                for one in tried
+            ),
             row.torque_p99.value,
             _span(row.torque_p99),
             row.torque_rms.value,
@@ -298,10 +286,6 @@ def _rows(rows: Sequence[PeakVerdict], changes: Sequence[Recomputation]) -> list
         for row in rows
     ]
     return Table("", head, cells, "<>").lines()
-
-
-def _percent(row: PeakVerdict, change: str) -> str:
-    return f"{100.0 * row.changes[change]:+.1f}" if change in row.changes else "?"
 
 
 def _span(spread: Spread) -> str:

@@ -8,9 +8,9 @@ its documentation are derived from these lines.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import Field, dataclass, field, fields
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import numpy as np
 
@@ -23,11 +23,15 @@ from hexapod_pin.results.result_files import Column, without_non_finite
 if TYPE_CHECKING:
     import xarray
     from typing_extensions import dataclass_transform
+
 else:
 
     def dataclass_transform(**_: Any) -> Any:
         """Return a decorator that does nothing: only type checkers use the real one."""
         return lambda kind: kind
+
+
+Item = TypeVar("Item")
 
 
 @dataclass(frozen=True)
@@ -176,9 +180,27 @@ def known_quantity(kind: type[Record], name: str) -> Quantity:
     Raises:
         UnknownNameError: there is no such quantity.
     """
-    if name not in schema(kind):
-        raise UnknownNameError("quantity", name, list(schema(kind)))
-    return schema(kind)[name]
+    return named("quantity", name, schema(kind))
+
+
+def named(kind: str, name: str, known: Mapping[str, Item]) -> Item:
+    """Return what has a name; `kind` is for the message.
+
+    Raises:
+        UnknownNameError: there is none of that name.
+    """
+    require_known(kind, name, known)
+    return known[name]
+
+
+def require_known(kind: str, name: str, known: Collection[str]) -> None:
+    """Refuse a name that is not among the known ones; `kind` is for the message.
+
+    Raises:
+        UnknownNameError: it is not.
+    """
+    if name not in known:
+        raise UnknownNameError(kind, name, list(known))
 
 
 def _fits(shape: tuple[int, ...], axes: tuple[str, ...], sizes: Mapping[str, int]) -> bool:

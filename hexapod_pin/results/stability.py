@@ -11,9 +11,9 @@ import numpy as np
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, protect
-from hexapod_pin.errors import UnknownNameError
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.result_files import without_non_finite
+from hexapod_pin.results.schema import require_known
 from hexapod_pin.results.stability_margins import (
     at_middles,
     contact_points,
@@ -105,8 +105,7 @@ class Stability(Immutable):
         Raises:
             UnknownNameError: there is no such margin.
         """
-        if name not in MARGINS:
-            raise UnknownNameError("margin", name, list(MARGINS))
+        require_known("margin", name, MARGINS)
         values = getattr(self, name)
         k = int(np.argmin(values))
         return float(values[k]), float(self.time[k])

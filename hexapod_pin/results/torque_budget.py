@@ -10,12 +10,12 @@ import json
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
 from hexapod_pin.arguments import checked
-from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.errors import ParameterError
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.joint_budget import (
     JointBudget,
@@ -28,6 +28,7 @@ from hexapod_pin.results.joint_budget import (
 from hexapod_pin.results.result_files import without_non_finite
 from hexapod_pin.results.run_record import RunRecord
 from hexapod_pin.results.sampled_summary import summary_of
+from hexapod_pin.results.schema import named
 from hexapod_pin.results.steady_window import Window, summary_window
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
@@ -129,8 +130,6 @@ def _walk_texts(gait: Mapping[str, Any]) -> list[Any]:
 
 
 # The torque budget of a whole robot as data, and as text.
-
-BudgetRow = TypeVar("BudgetRow")
 
 ACCEPTED_STEPS, SAMPLES = "accepted steps", "samples"
 """What peaks are taken from."""
@@ -234,7 +233,7 @@ class TorqueBudget(Immutable):
         Raises:
             UnknownNameError: there is no such joint.
         """
-        return _row("joint", name, {row.joint: row for row in self.joints})
+        return named("joint", name, {row.joint: row for row in self.joints})
 
     def kind(self, name: str) -> KindBudget:
         """Return the row of one kind of joint: "coxa", "femur", "tibia", "held", "slide".
@@ -242,7 +241,7 @@ class TorqueBudget(Immutable):
         Raises:
             UnknownNameError: there is no such kind.
         """
-        return _row("kind of joint", name, {row.kind: row for row in self.kinds})
+        return named("kind of joint", name, {row.kind: row for row in self.kinds})
 
     def to_dict(self) -> dict[str, Any]:
         """Return all numbers as plain data; NaN and infinities as None."""
@@ -334,10 +333,3 @@ def _note_lines(budget: TorqueBudget) -> list[str]:
         outside = f"{joint} reaches {torque:.4g} N m at {time:.4g} s"
         lines.append(f"Outside the window {outside} (start-up or stop).")
     return lines + [f"assumed: {statement}" for statement in budget.assumed]
-
-
-def _row(kind: str, name: str, rows: Mapping[str, BudgetRow]) -> BudgetRow:
-    """Return one row by name."""
-    if name not in rows:
-        raise UnknownNameError(kind, name, list(rows))
-    return rows[name]

@@ -16,13 +16,13 @@ import numpy.typing as npt
 
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.atomic_file import write_atomically
-from hexapod_pin.errors import NotRecordedError, ParameterError, UnknownNameError
+from hexapod_pin.errors import NotRecordedError, ParameterError
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.error_estimate import QUANTITIES, ErrorEstimate
 from hexapod_pin.results.result_files import CSV, NETCDF, Column, Group, check_ending, write_netcdf
 from hexapod_pin.results.run_facts import ALWAYS, GROUP_OF, GROUPS
 from hexapod_pin.results.run_record import UNKNOWN, Event, JointLimits, RunRecord
-from hexapod_pin.results.schema import Record, quantity, schema
+from hexapod_pin.results.schema import Record, quantity, require_known, schema
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace_csv import csv_bytes
 from hexapod_pin.results.trace_layout import (
@@ -204,7 +204,8 @@ class Trace(Record):  # noqa: PLW1641  # no record has a hash
         Raises:
             UnknownNameError: there is no such joint.
         """
-        return _index("joint", name, self.joint_names)
+        require_known("joint", name, self.joint_names)
+        return self.joint_names.index(name)
 
     def foot(self, name: str) -> int:
         """Return the index of a foot.
@@ -212,7 +213,8 @@ class Trace(Record):  # noqa: PLW1641  # no record has a hash
         Raises:
             UnknownNameError: there is no such foot.
         """
-        return _index("foot", name, self.foot_names)
+        require_known("foot", name, self.foot_names)
+        return self.foot_names.index(name)
 
     @property
     def normal_force(self) -> Array:
@@ -387,13 +389,6 @@ class Trace(Record):  # noqa: PLW1641  # no record has a hash
     def group(self) -> Group:
         """Return everything as columns and attributes of a file."""
         return Group(self.columns(), trace_attributes(self))
-
-
-def _index(kind: str, name: str, names: tuple[str, ...]) -> int:
-    """Return the index of `name`."""
-    if name not in names:
-        raise UnknownNameError(kind, name, list(names))
-    return names.index(name)
 
 
 # A trace as labelled columns of a file or dataset.

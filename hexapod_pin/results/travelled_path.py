@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -124,13 +123,8 @@ def _over_all(trace: Trace) -> TravelledPath:
         float(time[0]), float(time[-1]), None, planned_distance=planned,
         travelled_distance=float(steps.sum()),
         planned_turn=float(pose[-1, 2] - pose[0, 2]), turn=turn,
-        least_distance=LEAST_STROKES * _stroke(body.gait, float(size.max())),
+        least_distance=LEAST_STROKES * float(size.max() * body.gait.duty * body.gait.cycle_time),
     )  # fmt: skip
-
-
-def _stroke(gait: Any, speed: float) -> float:
-    """Return the stroke at a speed [m]."""
-    return float(speed * gait.duty * gait.cycle_time)
 
 
 # Whether, when and how a robot fell, from the samples of a run.

@@ -325,7 +325,7 @@ def summary_verdict(summary: Summary) -> SummaryVerdict:
     path = summary_path(summary)
     reason = why_it_does_not_walk(path, summary_fall(summary), touches)
     walks: bool | None = not reason
-    if not reason and _needs_cycle(summary):
+    if not reason and summary.run.walk.cycle_time is not None and not summary.cycles:
         walks, reason = None, "the run holds no whole cycle of steady walking: not judged"
     return SummaryVerdict(walks, reason, _number(path.speed_share), _number(path.turn_share))
 
@@ -358,10 +358,6 @@ def summary_fall(summary: Summary) -> Fall | None:
             return Fall(summary.end, SUNK_WORDS)
     feet = summary.loaded_time
     return Fall(summary.end, "no foot is on the ground") if feet.size and not feet.any() else None
-
-
-def _needs_cycle(summary: Summary) -> bool:
-    return summary.run.walk.cycle_time is not None and not summary.cycles
 
 
 def _number(share: float | None) -> float:

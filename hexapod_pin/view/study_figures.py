@@ -11,7 +11,8 @@ import numpy as np
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.atomic_file import write_atomically
-from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.results.schema import require_known
 from hexapod_pin.results.walk_metrics import CONFIDENCE, METRICS
 from hexapod_pin.view.figure_file import figure_bytes, figure_format, save_figure
 
@@ -62,8 +63,7 @@ def draw_comparison(comparison: Comparison, *, metrics: Sequence[str] | None = N
     from matplotlib.figure import Figure
 
     for name in metrics or ():
-        if name not in METRICS:
-            raise UnknownNameError("metric", name, list(METRICS))
+        require_known("metric", name, METRICS)
     shown = [name for name in metrics or METRICS if _changed(comparison, name)]
     if not shown:
         raise ParameterError(

@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from hexapod_pin.arguments import checked
-from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.joint_budget import joint_kinds
 from hexapod_pin.results.joint_moments import joint_moments
 from hexapod_pin.results.recorded_robot import RecordedRobot
+from hexapod_pin.results.schema import require_known
 from hexapod_pin.results.steady_window import Window, steady_window
 from hexapod_pin.view.figure_file import figure_format, save_figure
 
@@ -223,8 +224,7 @@ def legs_of(trace: Trace, names: Sequence[str] | None = None) -> list[Leg]:
             "trace.joint_names", trace.joint_names, "legs of coxa, femur (and tibia)"
         )
     for name in names or ():
-        if name not in found:
-            raise UnknownNameError("leg", name, list(found))
+        require_known("leg", name, found)
     return [found[name] for name in (names or found)]
 
 

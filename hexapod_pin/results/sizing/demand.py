@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hexapod_pin.arrays import Array, read_only
-from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.joint_budget import joint_kinds as kinds_by_name
 from hexapod_pin.results.sampled_summary import sampled_numbers, time_weights
-from hexapod_pin.results.schema import Record, quantity, schema
+from hexapod_pin.results.schema import Record, quantity, require_known, schema
 from hexapod_pin.results.torque_budget import SAMPLES
 
 
@@ -234,8 +234,7 @@ class JointDemand(Record):
             UnknownNameError: there is no such kind.
         """
         for kind in kinds:
-            if kind not in self.joint_kinds:
-                raise UnknownNameError("kind of joint", kind, sorted(set(self.joint_kinds)))
+            require_known("kind of joint", kind, sorted(set(self.joint_kinds)))
         chosen = [j for j, kind in enumerate(self.joint_kinds) if kind in kinds]
         samples = {k: getattr(self, k)[:, chosen] for k in ("torque", "speed", "acceleration")}
         return replace(

@@ -13,8 +13,9 @@ from typing import Any
 from hexapod_pin.arguments import checked
 from hexapod_pin.drive.catalog import MotorRecord
 from hexapod_pin.drive.catalog.motor_record import Derating
-from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.errors import ParameterError
 from hexapod_pin.immutable import Immutable
+from hexapod_pin.results.schema import named
 from hexapod_pin.results.sizing.demand import JointDemand
 from hexapod_pin.results.sizing.motor_use import (
     UNITS,
@@ -75,7 +76,7 @@ class MotorBudget(Immutable):
         Raises:
             UnknownNameError: there is no such kind.
         """
-        return _row("kind of joint", name, {row.kind: row for row in self.kinds})
+        return named("kind of joint", name, {row.kind: row for row in self.kinds})
 
     def joint(self, name: str) -> MotorUse:
         """Return the row of a joint.
@@ -83,7 +84,7 @@ class MotorBudget(Immutable):
         Raises:
             UnknownNameError: there is no such joint.
         """
-        return _row("joint", name, {row.joint: row for row in self.joints})
+        return named("joint", name, {row.joint: row for row in self.joints})
 
     def to_dict(self) -> dict[str, Any]:
         """Return all numbers as plain data, `units` among it; NaN and infinities as None."""
@@ -181,12 +182,6 @@ def _assumed(rows: Sequence[MotorUse], derating: Derating, ambient: float) -> It
     yield from (f"derating: {ground}" for ground in derating.evidence)
     if any(row.winding_temperature != UNKNOWN for row in rows):
         yield f"assumed: surroundings at {ambient:g} deg C; gears without losses"
-
-
-def _row(kind: str, name: str, rows: Mapping[str, MotorUse]) -> MotorUse:
-    if name not in rows:
-        raise UnknownNameError(kind, name, list(rows))
-    return rows[name]
 
 
 # A motor's budget as plain text.

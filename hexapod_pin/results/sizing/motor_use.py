@@ -329,8 +329,9 @@ def worst_use(kind: str, rows: Sequence[MotorUse]) -> MotorUse:
     heats = [r.winding_temperature for r in rows if not isinstance(r.winding_temperature, str)]
     numbers["winding_temperature"] = max(heats) if len(heats) == len(rows) else UNKNOWN
     decides = max(rows, key=lambda row: row.deciding_use)
+    motor = ", ".join(dict.fromkeys(row.motor for row in rows))
     return MotorUse(
-        joint=decides.joint, kind=kind, motor=_motor(rows), **numbers,
+        joint=decides.joint, kind=kind, motor=motor, **numbers,
         failures=_failures(rows), worst=worst,
     )  # fmt: skip
 
@@ -348,10 +349,6 @@ def _failures(rows: Sequence[MotorUse]) -> dict[str, str]:
         if failing:
             found[name] = max(failing, key=lambda row: getattr(row, name)).failures[name]
     return found
-
-
-def _motor(rows: Sequence[MotorUse]) -> str:
-    return ", ".join(dict.fromkeys(row.motor for row in rows))
 
 
 # What all joints together draw from the battery at the same time: see `BatteryLoad`.

@@ -218,7 +218,7 @@ def holding_demand(robot: RecordedRobot, trace: Trace, samples: NDArray[np.intp]
     for foot in range(count):
         size[:, 1 + foot, list(robot.joints_above(foot))] = np.nan
     falls = 1.0 - found.holds[1:].mean(axis=0)
-    names = _leg_names(robot)
+    names = [getattr(foot, "leg", None) or foot.name for foot in feet]
     return HoldingDemand(
         size[0, 0],
         _largest(size[:, :1]),
@@ -232,11 +232,6 @@ def foot_places(robot: RecordedRobot) -> list[tuple[int, Array]]:
     """Return the joint that moves each foot, and the foot in that joint's frame [m]."""
     feet = robot.robot.feet
     return [(robot.contact_joints[k], np.asarray(foot.offset)) for k, foot in enumerate(feet)]
-
-
-def _leg_names(robot: RecordedRobot) -> list[str]:
-    """Return the name of the leg that each foot belongs to, or the foot's own."""
-    return [getattr(foot, "leg", None) or foot.name for foot in robot.robot.feet]
 
 
 def _largest(size: Array) -> Array:
