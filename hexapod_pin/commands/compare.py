@@ -73,7 +73,7 @@ def compare(
     ] = None,
     length: Annotated[
         OptionalFloat,
-        typer.Option(help="Way that the bumps reach [m]; default: as far as the gaits go."),
+        typer.Option(help="Distance that the bumps reach [m]; default: as far as the gaits walk."),
     ] = None,
     flat_radius: Annotated[
         OptionalFloat,

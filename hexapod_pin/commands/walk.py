@@ -98,7 +98,7 @@ def walk(
     ] = "accurate",
     mu: Annotated[
         OptionalFloat,
-        typer.Option(help="Friction coefficient (s2: the static one, ratio kept)."),
+        typer.Option(help="Friction coefficient (s2: the static one, at the same ratio)."),
     ] = None,
     kp: Annotated[
         OptionalFloat,
@@ -120,11 +120,11 @@ def walk(
     ] = False,
     accuracy: Annotated[
         OptionalFloat,
-        typer.Option(help="Error in positions to keep [m and rad]; default 1e-4."),
+        typer.Option(help="Largest error in positions [m and rad]; default 1e-4."),
     ] = None,
     torque_accuracy: Annotated[
         OptionalText,
-        typer.Option(help='Error in torques to keep instead [N m], or a share such as "1 %".'),
+        typer.Option(help='Largest error in torques instead [N m], or a share such as "1 %".'),
     ] = None,
     no_estimate: Annotated[
         bool,

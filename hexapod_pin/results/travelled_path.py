@@ -139,8 +139,8 @@ SUNK = 0.5
 OFF_GROUND = 0.1
 """Time without any loaded foot that is a fall [s] (*assumed*): a walk always stands on some."""
 
-TIPPED_WORDS = f"tipped over by {math.degrees(TIPPED):.0f} degrees"
-SUNK_WORDS = f"sank to {SUNK:.0%} of its standing height"
+TIPPED_TEXT = f"tipped over by {math.degrees(TIPPED):.0f} degrees"
+SUNK_TEXT = f"sank to {SUNK:.0%} of its standing height"
 
 
 @dataclass(frozen=True)
@@ -168,15 +168,15 @@ def find_fall(trace: Trace) -> Fall | None:
     if "contacts" not in trace.recorded:
         gravity = np.array(trace.run.gravity)
         up = np.broadcast_to(-gravity / np.linalg.norm(gravity), (len(trace.time), 3))
-        return _first(trace.time, {TIPPED_WORDS: _tilt(trace.q, up) > TIPPED})
+        return _first(trace.time, {TIPPED_TEXT: _tilt(trace.q, up) > TIPPED})
     up = trace.foot_normal.mean(axis=1)
     up = up / np.linalg.norm(up, axis=1, keepdims=True)
     height = _height(trace, up)
     return _first(
         trace.time,
         {
-            SUNK_WORDS: height < SUNK * height[0],
-            TIPPED_WORDS: _tilt(trace.q, up) > TIPPED,
+            SUNK_TEXT: height < SUNK * height[0],
+            TIPPED_TEXT: _tilt(trace.q, up) > TIPPED,
             "all feet left the ground": _long_enough(trace.contact, trace.time),
         },
     )

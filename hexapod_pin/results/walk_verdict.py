@@ -14,9 +14,9 @@ from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.travelled_path import (
     SUNK,
-    SUNK_WORDS,
+    SUNK_TEXT,
     TIPPED,
-    TIPPED_WORDS,
+    TIPPED_TEXT,
     Fall,
     TravelledPath,
     find_fall,
@@ -351,11 +351,11 @@ def summary_fall(summary: Summary) -> Fall | None:
     start = summary.run.level_start
     lean = max(abs(summary.roll_peak), abs(summary.pitch_peak))
     if lean > TIPPED:
-        return Fall(summary.end, TIPPED_WORDS)
+        return Fall(summary.end, TIPPED_TEXT)
     if start is not None:
         height = summary.height_min - start.ground
         if height < SUNK * (start.trunk - start.ground):
-            return Fall(summary.end, SUNK_WORDS)
+            return Fall(summary.end, SUNK_TEXT)
     feet = summary.loaded_time
     return Fall(summary.end, "no foot is on the ground") if feet.size and not feet.any() else None
 

@@ -17,7 +17,7 @@ from hexapod_pin.results.sizing.motor_budget import motor_budget
 from hexapod_pin.results.sizing.motor_use import battery_current
 from hexapod_pin.results.sizing.motors import Motors
 from hexapod_pin.view.report import Block, Heading, Paragraph, Picture
-from hexapod_pin.view.selection_tables import WORDS, unknown_uses, use_text
+from hexapod_pin.view.selection_tables import USE_NAMES, unknown_uses, use_text
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -369,7 +369,7 @@ def draw_uses(candidates: Sequence[MotorCandidate], figure: FigureBase) -> None:
     for axes, kind in zip(grid, kinds, strict=True):
         for k, (name, color, hatch) in enumerate(BARS):
             values = np.array([getattr(c.use(kind), name) for c in candidates], dtype=float)
-            _draw_bars(axes, places + 0.2 * (k - 1.5), values, WORDS[name], color, hatch)
+            _draw_bars(axes, places + 0.2 * (k - 1.5), values, USE_NAMES[name], color, hatch)
         axes.axvline(1.0, color=RED, lw=1.6, label="limit")
         axes.set_xlim(0.0, LARGEST_SHOWN * 1.2)
         axes.set_title(kind, fontsize=9, parse_math=False)

@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     from hexapod_pin.results.motor_selection import KindUse, MotorCandidate, MotorSelection
 
 UNKNOWN = "unknown"
-"""Stands for every number that nobody knows."""
+"""Text of every number that is unknown."""
 
-WORDS = {
+USE_NAMES = {
     "peak_use": "peak torque",
     "continuous_use": "RMS torque",
     "holding_use": "holding torque",
@@ -49,7 +49,7 @@ class Deciding(NamedTuple):
         """What decides, as text."""
         if not self.name:
             return UNKNOWN
-        return f"{WORDS[self.name]} of the {self.kind} joints" + (
+        return f"{USE_NAMES[self.name]} of the {self.kind} joints" + (
             f" ({self.walk})" if self.walk else ""
         )
 
@@ -68,14 +68,14 @@ def deciding(uses: tuple[KindUse, ...]) -> Deciding:
 def unknown_uses(candidate: MotorCandidate) -> list[str]:
     """Return which uses are unknown for some kind of joint, as text."""
     return [
-        f"{WORDS[name]} ({', '.join(kinds)})"
+        f"{USE_NAMES[name]} ({', '.join(kinds)})"
         for name in USES
         if (kinds := [u.kind for u in candidate.uses if math.isnan(getattr(u, name))])
     ]
 
 
 def verdict_word(s: MotorSelection) -> str:
-    """Return the result in a word or two."""
+    """Return the result in short."""
     if not s.best.passes:
         word = "NO MOTOR PASSES"
     else:
@@ -109,7 +109,7 @@ def voltages(candidate: MotorCandidate) -> list[float]:
 
 
 def verdict_texts(s: MotorSelection) -> tuple[str, ...]:
-    """Return the verdict: the choice with its margin, how sure it is, and what is missing."""
+    """Return the verdict: the choice with its margin, its confidence, and what is missing."""
     best, most = s.best, deciding(s.best.uses)
     walks = "the walk" if len(s.walks) == 1 else f"all {len(s.walks)} walks"
     if best.passes:

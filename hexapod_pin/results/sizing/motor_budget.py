@@ -131,7 +131,7 @@ def motor_budget(
             once).
         record: the motor of all joints, or motors by kind of joint.
         derating: what of the data sheet is allowed; None: the default.
-        kinds: kinds of joint to hold against it; None: all that turn, or those of the mapping.
+        kinds: kinds of joint to compare with it; None: all that turn, or those of the mapping.
         lost_leg: whether a joint must also hold the robot with one leg lost.
         ambient: temperature of the surroundings [deg C], *assumed*.
 
@@ -393,8 +393,8 @@ def motor_ranking(
     good = [row for row in rows if row.stall_torque and row.no_load_speed]
     found = [(motor_budget(demand, row, derating), row.mass) for row in good]
     found.sort(key=lambda item: _order(*item))
-    named = {row.name for row in good}
-    bad = tuple((row.name, str(row.unusable)) for row in rows if row.name not in named)
+    usable = {row.name for row in good}
+    bad = tuple((row.name, str(row.unusable)) for row in rows if row.name not in usable)
     return MotorRanking(demand, tuple(b for b, _ in found), tuple(m for _, m in found), bad, source)
 
 
