@@ -351,9 +351,9 @@ class _Names(dict[str, Any]):
         own = "hexapod_pin."
         first = (*self._modules, builtins, hexapod_pin, arrays, numpy.typing, abc)
         rooms = (  # looked through only where nothing before them has the name
-            room
-            for key, room in list(sys.modules.items())
-            if key.startswith(own) and name in getattr(room, "__all__", ())
+            sys.modules[key]
+            for key in list(sys.modules)
+            if key.startswith(own) and name in getattr(sys.modules[key], "__all__", ())
         )
         for place in chain(first, rooms):
             try:
