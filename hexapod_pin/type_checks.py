@@ -15,6 +15,7 @@ import types
 import typing
 from collections import abc
 from collections.abc import Callable, Mapping
+from itertools import chain
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -348,12 +349,13 @@ class _Names(dict[str, Any]):
         from hexapod_pin import arrays
 
         own = "hexapod_pin."
-        rooms = (
-            room
-            for key, room in sys.modules.items()
-            if key.startswith(own) and name in getattr(room, "__all__", ())
+        first = (*self._modules, builtins, hexapod_pin, arrays, numpy.typing, abc)
+        rooms = (  # looked through only where nothing before them has the name
+            sys.modules[key]
+            for key in list(sys.modules)
+            if key.startswith(own) and name in getattr(sys.modules[key], "__all__", ())
         )
-        for place in (*self._modules, builtins, hexapod_pin, arrays, numpy.typing, abc, *rooms):
+        for place in chain(first, rooms):
             try:
                 return getattr(place, name)
             except AttributeError:

@@ -110,7 +110,7 @@ def _argument(parameter: inspect.Parameter) -> Any:
 def one_of(kind: type[HexapodError]) -> HexapodError:
     """An error of a type, with an attribute and a note of its own."""
     if not isinstance(kind.__init__, FunctionType):  # Python's own: any arguments
-        error = kind("what, where, and the way out")
+        error = kind("what, where, and what to do")
     else:
         parameters = list(inspect.signature(kind.__init__).parameters.values())[1:]
         named = [one for one in parameters if one.kind is not one.VAR_POSITIONAL]

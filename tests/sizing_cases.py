@@ -26,7 +26,7 @@ def record(**changes: Any) -> MotorRecord:
 
 
 def full(**changes: float) -> Derating:
-    """Return a derating that allows everything the data sheet says."""
+    """Return a derating that allows everything in the data sheet."""
     return Derating(**dict(peak=1.0, continuous=1.0, voltage=1.0) | changes)
 
 

@@ -55,6 +55,12 @@ def test_a_file_is_replaced_and_keeps_its_permissions(tmp_path: Path, content) -
     )  # fmt: skip
 
 
+def test_a_new_file_has_the_usual_permissions(tmp_path: Path) -> None:
+    path = write_atomically(tmp_path / "a.txt", "new")
+    (tmp_path / "plain").touch()
+    assert path.stat().st_mode == (tmp_path / "plain").stat().st_mode
+
+
 def test_a_file_that_must_be_new_is_not_replaced(tmp_path: Path) -> None:
     path = tmp_path / "a.txt"
     write_atomically(path, "first", replace=False)
@@ -81,7 +87,24 @@ def test_a_full_disk_leaves_the_earlier_file(tmp_path: Path, monkeypatch, number
     assert (path.read_text(), left(tmp_path)) == ("old", ["a.txt"])
 
 
-def test_a_limit_on_file_sizes_is_told(tmp_path: Path) -> None:
+@pytest.mark.parametrize("call", ["replace", "fsync"])
+def test_a_disk_full_at_the_last_step_leaves_the_earlier_file(
+    tmp_path: Path, monkeypatch, call: str
+) -> None:
+    path = tmp_path / "a.txt"
+    path.write_text("old")
+
+    def full(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(os, call, full)
+    with refused(TraceFileError, about=(str(path), "8")) as caught:
+        write_atomically(path, b"12345678")
+    assert caught.value.__cause__.errno == errno.ENOSPC
+    assert (path.read_text(), left(tmp_path)) == ("old", ["a.txt"])
+
+
+def test_a_limit_on_file_sizes_is_reported(tmp_path: Path) -> None:
     code = (
         "import resource, signal, sys; from hexapod_pin.atomic_file import write_atomically\n"
         "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
@@ -122,6 +145,7 @@ def test_a_folder_that_cannot_be_written_to(tmp_path: Path) -> None:
     ("name", "number", "about"),
     [
         ("gone/a", errno.ENOENT, ("/gone ",)),  # the folder that is not there
+        ("file/a", errno.ENOTDIR, ()),
         ("x" * 300, errno.ENAMETOOLONG, ()),
         ("a\0b", None, ("NUL",)),
         (".", errno.EISDIR, ()),
@@ -133,13 +157,14 @@ def test_a_folder_that_cannot_be_written_to(tmp_path: Path) -> None:
 def test_names_that_cannot_be_written(
     tmp_path: Path, name: str, number: int | None, about: tuple[str, ...]
 ) -> None:
-    """The file is named, and what the system says of it is the cause."""
+    """The file is named, and the system's error is the cause."""
     (tmp_path / "circle").symlink_to("circle")
+    (tmp_path / "file").touch()
     shown = os.path.normpath(tmp_path / name.replace("\0", r"\x00"))
     with refused(TraceFileError, about=(shown, *about)) as caught:
         write_atomically(tmp_path / name, b"x")
     assert getattr(caught.value.__cause__, "errno", None) == number
-    assert left(tmp_path) == ["circle"]
+    assert left(tmp_path) == ["circle", "file"]
 
 
 def test_nothing_is_written_through_a_link(tmp_path: Path) -> None:

@@ -95,16 +95,16 @@ def test_cost_of_transport_of_a_known_walk() -> None:
     assert budget.cost_of_transport_positive < budget.cost_of_transport
 
 
-def test_walking_backwards_is_a_negative_way_without_cost_of_transport() -> None:
+def test_walking_backwards_is_a_negative_distance_without_cost_of_transport() -> None:
     budget = torque_budget(swinging(travel_direction=[-1.0, 0.0]))
     assert budget.distance == pytest.approx(-0.1)
     assert budget.cost_of_transport is None
-    assert "no way forward" in budget.table()
+    assert "does not move forward" in budget.table()
 
 
 @pytest.mark.parametrize("side", [0.0, math.pi / 2, 2.0])
-def test_a_turning_walk_counts_its_way_along_the_heading(side: float) -> None:
-    """On a circle of radius R each cycle's way is the chord 2 R sin(turn / 2), walking at `side`.
+def test_a_turning_walk_counts_its_distance_along_the_heading(side: float) -> None:
+    """On a circle of radius R each cycle makes the chord 2 R sin(turn / 2), walking at `side`.
 
     The start-up of exactly one cycle puts the middle of a cycle at a turn that is not zero.
     """
@@ -227,7 +227,7 @@ def test_a_walk_that_ends_before_it_is_steady_says_so() -> None:
 
 
 def test_turning_on_the_spot_has_energy_per_yaw_and_no_cost_of_transport() -> None:
-    """Torque times rate over 15 degrees a cycle; the way of 0.1 mm it slips is none."""
+    """Torque times rate over 15 degrees a cycle; the 0.1 mm that it slips are no distance."""
     trace = swinging(turn_rate=0.2617993877991494, nominal_speed=0.0)
     q = np.array(trace.q)
     yaw = 0.2617993877991494 * trace.time

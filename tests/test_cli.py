@@ -59,7 +59,7 @@ def test_walk_prints_the_torque_table_and_the_files_it_left(walked: SimpleNamesp
 
 
 def test_walk_leaves_the_trace_that_the_library_gives(trace_file: Path):
-    """The command is the front door and nothing else: same samples, bit for bit."""
+    """The command adds nothing: same samples, bit for bit."""
     scene = hp.Scene(hp.load_robot("kharagpur"))
     gait = hp.Gait.tripod(stroke=0.05, cycle_time=0.8)
     direct = hp.simulate(scene, hp.KinematicControl(gait), duration=3.2)
@@ -93,11 +93,8 @@ def test_a_case_with_a_controller_of_ones_own(run: Run, tmp_path: Path) -> None:
     text = case.read_text()
     begin = text.index("[controller]")
     end = text.find("\n[", begin)
-    case.write_text(
-        text[:begin]
-        + '[controller]\nkind = "stand-of-ones-own"\n'
-        + (text[end:] if end > 0 else "")
-    )
+    own = '[controller]\nkind = "stand-of-ones-own"\n'
+    case.write_text(text[:begin] + own + (text[end:] if end > 0 else ""))
     unknown = run("run", "case.toml", "--no-html")
     assert unknown.status == 2 and "stand-of-ones-own" in unknown.err
     for file in ("none.py", "broken.py"):
@@ -108,18 +105,8 @@ def test_a_case_with_a_controller_of_ones_own(run: Run, tmp_path: Path) -> None:
 
 
 def test_a_saved_case_repeats_the_walk_to_the_bit(run: Run):
-    words = (
-        "--duration",
-        "0.4",
-        "--mu",
-        "0.6",
-        "--kp",
-        "21",
-        "--save-case",
-        "case.toml",
-        "--no-html",
-    )
-    assert (run(*WALK, *words).status, run("run", "case.toml", "--no-html").status) == (0, 0)
+    options = "--duration 0.4 --mu 0.6 --kp 21 --save-case case.toml --no-html".split()
+    assert (run(*WALK, *options).status, run("run", "case.toml", "--no-html").status) == (0, 0)
     first, again = hp.load_trace("walk.nc"), hp.load_trace("run.nc")
     for name in ("time", "q", "v", "torque", "foot_force"):
         assert (getattr(first, name) == getattr(again, name)).all(), name
@@ -132,34 +119,24 @@ def test_a_saved_case_repeats_the_walk_to_the_bit(run: Run):
 
 def test_degrees_on_the_command_line_are_radians_inside(run: Run):
     """--heading 90 walks to the left, --turn-rate 5 is 5 degrees per second."""
-    words = (
-        "--duration",
-        "1",
-        "--heading",
-        "90",
-        "--turn-rate",
-        "5",
-        "--stroke",
-        "0.02",
-        "--no-html",
-    )
-    done = run("walk", "kharagpur", "--gait", "tripod", "--cycle-time", "0.8", *words)
+    options = "--duration 0.3 --heading 90 --turn-rate 5 --stroke 0.02 --no-html".split()
+    done = run("walk", "kharagpur", "--gait", "tripod", "--cycle-time", "0.8", *options)
     assert (done.status, done.left) == (0, ["walk.nc"])
     walk = hp.load_trace("walk.nc").run.walk
     assert walk.travel_direction == pytest.approx((0.0, 1.0), abs=1e-12)
     assert walk.turn_rate == pytest.approx(math.radians(5.0))
 
 
-def test_walk_too_short_for_a_table_says_so_and_keeps_the_trace(run: Run):
+def test_walk_too_short_for_a_table_has_a_note_and_keeps_the_trace(run: Run):
     done = run(*WALK, "--duration", "0.5", "--no-html")
     assert (done.status, done.left) == (0, ["walk.nc"])
     assert done.err.startswith("no torque table: ")
 
 
 def test_stroke_that_does_not_fit_is_replaced_in_the_open(run: Run):
-    """Without --stroke, a gait that cannot do 0.14 m takes 80 % of its largest, and says so."""
-    words = ("--gait", "tripod", "--cycle-time", "0.8", "--duration", "0.2", "--no-html")
-    done = run("walk", "kharagpur", *words, "--heading", "90", "--foot-radius", "0")
+    """Without --stroke, a gait that cannot do 0.14 m takes 80 % of its largest, with a note."""
+    options = ("--gait", "tripod", "--cycle-time", "0.8", "--duration", "0.2", "--no-html")
+    done = run("walk", "kharagpur", *options, "--heading", "90", "--foot-radius", "0")
     assert done.status == 0, done.err
     assert "chosen: 80% of the largest that fits" in done.out
     assert "because 0.14 m does not" in done.out
@@ -167,14 +144,25 @@ def test_stroke_that_does_not_fit_is_replaced_in_the_open(run: Run):
 
 def test_options_reach_the_scene(run: Run):
     """--mu, --kp, --contact, --foot-radius, --method and --step end up in the trace's own text."""
-    words = ("--contact", "s2", "--mu", "0.6", "--kp", "21", "--kd", "0.5", "--foot-radius", "0.01")
+    options = (
+        "--contact",
+        "s2",
+        "--mu",
+        "0.6",
+        "--kp",
+        "21",
+        "--kd",
+        "0.5",
+        "--foot-radius",
+        "0.01",
+    )
     method = ("--method", "rk4", "--step", "2e-5", "--duration", "0.02", "--no-html")
-    assert run(*WALK, *words, *method).status == 0
+    assert run(*WALK, *options, *method).status == 0
     trace = hp.load_trace("walk.nc")
     scene = hp.load_case(trace).scene
     assert isinstance(scene.contact.normal, hp.contact.AdamsImpact)
     assert scene.contact.friction.mu_static == 0.6
-    assert scene.contact.friction.mu_dynamic == pytest.approx(0.2, rel=1e-12)  # ratio of S2 kept
+    assert scene.contact.friction.mu_dynamic == pytest.approx(0.2, rel=1e-12)  # ratio of S2
     assert (scene.servos.kp, scene.servos.kd, scene.servos.assumed) == (21.0, 0.5, False)
     assert (trace.run.numerics.method, trace.run.numerics.step) == ("rk4", 2e-5)
     assert set(trace.run.robot.foot_radius) == {0.01}
@@ -217,7 +205,7 @@ REFUSALS = {
     "unknown method": ((*WALK, "--method", "magic"), "magic"),
     "unknown foot": (("check", "kharagpur", "--feet", "left_shoe"), "left_shoe"),
     "no foot name": (("check", "kharagpur", "--feet", ","), "--feet"),
-    "stroke beyond reach": (("walk", "kharagpur", "--stroke", "0.9"), "stroke can be at most"),
+    "stroke beyond reach": ((*WALK, "--stroke", "0.9"), "stroke can be at most"),
     "negative stroke": (("walk", "kharagpur", "--stroke", "-0.1"), "stroke"),
     "duty too small": (("walk", "kharagpur", "--duty", "0.3"), "duty"),
     "no cycle time": (("walk", "kharagpur", "--cycle-time", "0"), "--cycle-time"),
@@ -234,10 +222,10 @@ REFUSALS = {
 }
 
 
-@pytest.mark.parametrize(("words", "culprit"), REFUSALS.values(), ids=REFUSALS.keys())
-def test_refusal_is_one_message_with_status_2(run: Run, words: tuple[str, ...], culprit: str):
+@pytest.mark.parametrize(("options", "culprit"), REFUSALS.values(), ids=REFUSALS.keys())
+def test_refusal_is_one_message_with_status_2(run: Run, options: tuple[str, ...], culprit: str):
     """It names the culprit, shows no traceback, and leaves no file."""
-    done = run(*words)
+    done = run(*options)
     assert done.status == 2
     assert culprit in done.err
     assert "Traceback" not in done.err
@@ -273,7 +261,7 @@ def test_read_only_folder_is_refused_before_the_simulation(run: Run, tmp_path: P
 def test_run_that_ends_early_keeps_its_trace(
     run: Run, monkeypatch: pytest.MonkeyPatch, trace_file: Path, kind: type, status: int
 ):
-    """Divergence and Ctrl-C save what was done, say where, and draw nothing."""
+    """Divergence and Ctrl-C save what was done, print where, and draw nothing."""
     partial = hp.load_trace(trace_file)
 
     def simulate(*_: object, **__: object) -> hp.Trace:
@@ -328,11 +316,11 @@ def test_help_names_every_command_and_version_prints(run: Run):
     for command in ("walk", "view", "budget", "check"):
         assert command in done.out
     assert run("--version").out == f"hexapod-pin {hp.__version__}\n"
-    assert "degrees" in run("walk", "--help").out
 
 
 def test_help_of_walk_names_every_gait_method_and_contact(run: Run):
     """Help texts are written out, so that `--help` imports nothing; the lists stand elsewhere."""
     text = run("walk", "--help").out
+    assert "degrees" in text
     for name in (*GAITS, *METHODS, *PRESETS):
         assert re.search(rf"(?<![\w-]){re.escape(name)}(?![\w-])", text), name

@@ -24,8 +24,8 @@ from hexapod_pin.study import random_bumps
 from hexapod_pin.view import write_comparison_figure
 from hexapod_pin.view.study_figures import draw_comparison
 
-CYCLE = 0.8
-DURATION = 2.5  # two cycles to start, one steady one
+CYCLE = 0.5
+DURATION = 1.6  # two cycles to start, one steady one
 ROBOT = hp.load_robot("kharagpur")
 SCENE = hp.Scene(ROBOT)
 GAIT = hp.Gait.tripod(stroke=0.05, cycle_time=CYCLE)
@@ -126,7 +126,7 @@ def test_a_run_that_is_refused_is_a_row_that_says_so(found: hp.study.Comparison)
     assert found.mean("bumps", "far", "measured_speed") is None
     text = found.table()
     assert "0 of 3: refused" in text and "far on bumps #2: refused (" in text
-    assert "nan" not in text.lower() and "kharagpur, 2.5 s, extrapolated-euler" in text
+    assert "nan" not in text.lower() and "kharagpur, 1.6 s, extrapolated-euler" in text
     for metric in METRICS.values():
         assert f"{metric.meaning} [{metric.unit}]" in text
     rows = found.to_markdown().splitlines()
@@ -149,7 +149,7 @@ def test_feedback_controllers_go_in_lock_step_and_may_fall() -> None:
 def test_a_bare_scene_or_a_list_will_do() -> None:
     short = hp.compare(SCENE, {"plain": PLAIN}, duration=1.0)
     [run] = short.runs
-    assert run.outcome is Outcome.TOO_SHORT and "2.4 s" in run.reason
+    assert run.outcome is Outcome.TOO_SHORT and "1.5 s" in run.reason
     assert "0 of 1: too short" in short.table()
 
 
@@ -179,11 +179,11 @@ def test_ctrl_c_keeps_what_was_done() -> None:
             threads=1,
             progress=lambda _: signal.raise_signal(signal.SIGINT),
         )
-    kept = caught.value.result
-    assert not kept.finished and len(kept.runs) == 6
-    outcomes = [run.outcome for run in kept.runs]
+    partial = caught.value.result
+    assert not partial.finished and len(partial.runs) == 6
+    outcomes = [run.outcome for run in partial.runs]
     assert outcomes.count(Outcome.WALKED) == 1 and outcomes.count(Outcome.NOT_RUN) == 5
-    assert "not run" in kept.table()
+    assert "not run" in partial.table()
 
 
 # --- the figure ---------------------------------------------------------------------------------
@@ -244,11 +244,11 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
     monkeypatch.chdir(tmp_path)
     hp.Case(SCENE, PLAIN, duration=DURATION).save("plain.toml")
     slippery = hp.Scene(ROBOT, contact=hp.Contact.accurate().with_mu(0.1))
-    hp.Case(slippery, FAST, duration=2.6).save("fast.toml")
+    hp.Case(slippery, FAST, duration=1.7).save("fast.toml")
 
-    def command(*words: str) -> SimpleNamespace:
+    def command(*options: str) -> SimpleNamespace:
         with pytest.raises(SystemExit) as exit_:
-            main(("compare", *words))
+            main(("compare", *options))
         out, err = capsys.readouterr()
         return SimpleNamespace(status=exit_.value.code, out=out, err=err)
 
@@ -271,9 +271,9 @@ def test_the_command_prints_and_leaves_files(run: Run, found: hp.study.Compariso
 def test_own_scenes_and_bumps(run: Run) -> None:
     own = run("plain.toml", "fast.toml", "--own-scenes", "--markdown")
     assert own.status == 0 and "| plain | fast |" in own.out
-    assert "2.5 s" in own.out and "2.6 s" in own.out
-    words = ("--bumps", "0.005", "--wavelength", "0.3", "--seeds", "3", "--length", "0.4")
-    bumps = run("plain.toml", "fast.toml", *words, "--json", "numbers.json")
+    assert "1.6 s" in own.out and "1.7 s" in own.out
+    options = ("--bumps", "0.005", "--wavelength", "0.3", "--seeds", "3", "--length", "0.4")
+    bumps = run("plain.toml", "fast.toml", *options, "--json", "numbers.json")
     assert bumps.status == 0 and "bumps of 0.005 m, 0.3 m apart (3 variants)" in bumps.out
     runs = json.loads(Path("numbers.json").read_text())["runs"]
     expected = hp.simulate(BUMPS[2], PLAIN, duration=DURATION).summary
@@ -281,19 +281,19 @@ def test_own_scenes_and_bumps(run: Run) -> None:
 
 
 def test_the_command_goes_on_with_a_store(run: Run) -> None:
-    words = ("plain.toml", "fast.toml", "--store", "rows.db", "--json", "numbers.json")
-    first = run(*words)
+    options = ("plain.toml", "fast.toml", "--store", "rows.db", "--json", "numbers.json")
+    first = run(*options)
     assert first.status == 0, first.err
-    again = run(*words)
+    again = run(*options)
     assert again.status == 2 and "--resume" in again.err
-    resumed = run(*words, "--resume", "--threads", "1")
+    resumed = run(*options, "--resume", "--threads", "1")
     assert (resumed.status, resumed.out) == (0, first.out)
-    refused_too = run(*words[:2], "--resume")
+    refused_too = run(*options[:2], "--resume")
     assert refused_too.status == 2 and "store" in refused_too.err
 
 
 @pytest.mark.parametrize(
-    ("words", "culprit"),
+    ("options", "culprit"),
     [
         (("none.toml",), "none.toml"),
         (("plain.toml", "plain.toml"), "two of 'plain'"),
@@ -312,6 +312,6 @@ def test_the_command_goes_on_with_a_store(run: Run) -> None:
         (("plain.toml", "--import", "none.py"), "--import"),
     ],
 )
-def test_refusals_are_one_message(run: Run, words: tuple[str, ...], culprit: str) -> None:
-    done = run(*words)
+def test_refusals_are_one_message(run: Run, options: tuple[str, ...], culprit: str) -> None:
+    done = run(*options)
     assert done.status == 2 and culprit in done.err and done.err.count("\n") == 1

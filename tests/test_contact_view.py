@@ -5,15 +5,15 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
+from conftest import Run
 from contact_formulas import FRICTION, NORMAL
 from refusals import refused
 
 import hexapod_pin as hp
-from hexapod_pin.commands.app import main
 from hexapod_pin.commands.contact_report import (
     PRESETS,
     examples,
@@ -28,16 +28,9 @@ ROOT = Path(__file__).parent.parent
 
 
 @pytest.fixture
-def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
+def contact(run: Run) -> Callable[..., tuple[int, str, str]]:
     """Run `hexapod-pin contact` in an empty folder; give its status, stdout and stderr."""
-    monkeypatch.chdir(tmp_path)
-
-    def command(*words: str) -> tuple[Any, str, str]:
-        with pytest.raises(SystemExit) as exit_:
-            main(["contact", *words])
-        return exit_.value.code, *capsys.readouterr()
-
-    return command
+    return lambda *options: tuple(vars(run("contact", *options)).values())[:3]
 
 
 def test_table_of_the_documents_is_the_computed_one() -> None:
@@ -45,8 +38,8 @@ def test_table_of_the_documents_is_the_computed_one() -> None:
     assert restitution_table() in (ROOT / "docs" / "contact_laws.md").read_text(encoding="utf-8")
 
 
-def test_command_and_script_print_the_same_table(run) -> None:
-    status, out, err = run("--restitution")
+def test_command_and_script_print_the_same_table(contact) -> None:
+    status, out, err = contact("--restitution")
     assert (status, err) == (0, "")
     script = subprocess.run(
         [sys.executable, str(ROOT / "scripts" / "studies"), "restitution_table"],
@@ -77,7 +70,7 @@ def test_every_preset_and_kind_reports(name: str) -> None:
 def test_report_of_a_restitution_law_says_what_it_delivers() -> None:
     law = named_law("restitution", ["restitution=0.2", "model=flores"])
     text = report(law, mass=0.5, speed=0.1)
-    assert "asked for 0.2" in text
+    assert "requested 0.2" in text
     assert text.count("0.1555") == 7  # this impact, the closed form, and five speeds
 
 
@@ -90,11 +83,12 @@ def test_parameters_reach_the_law() -> None:
     assert (law.mu_static, law.mu_dynamic) == (0.4, 0.1)
 
 
-@pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
-@pytest.mark.parametrize("name", ["accurate", "adams-impact", "stick-slip"])
-def test_figure_is_written(run, tmp_path: Path, name: str, ending: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "ending"), [("accurate", "png"), ("adams-impact", "svg"), ("stick-slip", "pdf")]
+)
+def test_figure_is_written(contact, tmp_path: Path, name: str, ending: str) -> None:
     pytest.importorskip("matplotlib")
-    status, out, err = run(name, "--out", f"law.{ending}")
+    status, out, err = contact(name, "--out", f"law.{ending}")
     assert (status, err) == (0, "")
     assert f"wrote {tmp_path / 'law'}.{ending}" in out
     start = (tmp_path / f"law.{ending}").read_bytes()[:200]
@@ -114,25 +108,25 @@ def test_figure_shows_what_the_law_has() -> None:
             assert panel.get_ylabel()
             assert panel.lines
     figure = draw(named_law("restitution"), mass=0.5, speed=0.1)
-    assert len(figure.axes[1].lines) == len(DAMPING_RATIO) + 1  # all laws and the point asked for
+    assert len(figure.axes[1].lines) == len(DAMPING_RATIO) + 1  # all laws and the point requested
 
 
 def test_without_matplotlib_the_numbers_are_still_printed(
-    run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    contact, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The default figure is left out with one message; one asked for by name is refused at once."""
+    """The default figure is left out with one message; one requested by name is refused at once."""
     monkeypatch.setitem(sys.modules, "matplotlib", None)
-    status, out, err = run("s1")
+    status, out, err = contact("s1")
     assert (status, list(tmp_path.iterdir())) == (0, [])
     assert "restitution    " in out
     assert "hexapod-pin[plot]" in err
-    status, out, err = run("s1", "--out", "law.png")
+    status, out, err = contact("s1", "--out", "law.png")
     assert (status, out, list(tmp_path.iterdir())) == (2, "", [])
     assert "hexapod-pin[plot]" in err
 
 
 REFUSALS = {
-    "nothing asked": ((), "LAW"),
+    "nothing requested": ((), "LAW"),
     "unknown law": (("glue",), "glue"),
     "unknown parameter": (("tanh-coulomb", "kt=3"), "kt"),
     "no number": (("kelvin-voigt", "stiffness=stiff"), "stiffness"),
@@ -149,11 +143,11 @@ REFUSALS = {
 }
 
 
-@pytest.mark.parametrize(("words", "culprit"), REFUSALS.values(), ids=REFUSALS.keys())
+@pytest.mark.parametrize(("options", "culprit"), REFUSALS.values(), ids=REFUSALS.keys())
 def test_refusal_is_one_message_with_status_2(
-    run, tmp_path: Path, words: tuple[str, ...], culprit: str
+    contact, tmp_path: Path, options: tuple[str, ...], culprit: str
 ) -> None:
-    status, out, err = run(*words)
+    status, out, err = contact(*options)
     assert (status, out) == (2, "")
     assert culprit in err
     assert "Traceback" not in err

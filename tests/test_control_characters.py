@@ -61,7 +61,7 @@ def test_a_terminal_is_given_no_control_characters(
 
 
 @pytest.mark.parametrize(
-    "words",
+    "options",
     [
         ("\x1b[31m\u202e",),
         ("--\x1b[31m\u202e",),
@@ -72,9 +72,9 @@ def test_a_terminal_is_given_no_control_characters(
         ("verify", "--only", "\x1b[31m\u202e"),
     ],
 )
-def test_arguments_are_quoted_visibly(words: tuple[str, ...], run: Run) -> None:
-    """In what is said of a command line that cannot be understood, and of a wrong value."""
-    found = run(*words)
+def test_arguments_are_quoted_visibly(options: tuple[str, ...], run: Run) -> None:
+    """In the error of a command line that cannot be understood, and of a wrong value."""
+    found = run(*options)
     assert found.status == 2
     assert r"\u202e" in found.err
     assert not set("\x07\x1b\x9b\u202e") & set(found.out + found.err)
@@ -264,20 +264,18 @@ NAMES = {
 """What names are drawn as."""
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_names_in_figures_are_drawn_as_they_are(name: str, tmp_path: Path) -> None:
-    """In legends, ticks and titles; a warning would be an error here."""
-    found = draw_gait_energy(costs(name), costs=("torque_index",))
+def test_names_in_figures_are_drawn_as_they_are() -> None:
+    """In legends and ticks; a warning would be an error here."""
+    found = draw_gait_energy(costs(*NAMES), costs=("torque_index",))
     ticks = Figure()
     axes = ticks.subplots()
-    axes.set_title(name)
-    axes.set_xticks([0.2, 0.8], [name, "N2"])
+    axes.set_xticks(range(len(NAMES)), NAMES)
     axes.set_yscale("log")
-    for number, figure in enumerate((found, ticks)):
-        for ending in ("svg", "png"):
-            (tmp_path / f"{number}.{ending}").write_bytes(figure_bytes(figure, ending))
-        assert any(NAMES[name] in text.get_text() for text in figure.findobj(Text))
-    assert "frac" not in name or (tmp_path / "1.svg").read_text("utf-8").count("frac") == 2
+    for figure in (found, ticks):
+        images = {ending: figure_bytes(figure, ending) for ending in ("svg", "png")}
+        texts = [text.get_text() for text in figure.findobj(Text)]
+        assert all(any(drawn in text for text in texts) for drawn in NAMES.values())
+        assert images["svg"].count(b"frac") == 1
     powers = [text.get_text() for text in axes.get_yticklabels()]
     assert any("10^{" in text for text in powers)  # those of a logarithmic axis stay formulas
 
@@ -291,8 +289,8 @@ def test_a_layout_is_settled_whatever_the_names_are(name: str) -> None:
     assert figure.axes[0].get_title() == NAMES[name]
 
 
-def costs(name: str) -> hp.study.GaitEnergy:
-    """Return the energy of a gait that is called so."""
-    gait = {name: hp.Gait.tripod()}
+def costs(*names: str) -> hp.study.GaitEnergy:
+    """Return the energy of gaits that are called so."""
+    gaits = dict.fromkeys(names, hp.Gait.tripod())
     scene = hp.Scene(hp.load_robot("kharagpur"))
-    return hp.study.gait_energy(scene, gait, (0.05,), accuracy=1e-3, check=0)
+    return hp.study.gait_energy(scene, gaits, (0.05,), accuracy=1e-2, check=0)

@@ -1,4 +1,4 @@
-"""Files are checked on reading: damage is told from forgery, and what is wrong is named."""
+"""Files are checked on reading: damage differs from forgery, and the error names the place."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ FORGERIES: dict[tuple[str, ...], Callable[[dict[str, Any]], tuple[str, Any]]] = 
 
 
 @pytest.mark.parametrize("about", FORGERIES, ids=" ".join)
-def test_damage_is_told_from_forgery(
+def test_damage_differs_from_forgery(
     about: tuple[str, ...], trace: hp.Trace, tmp_path: Path
 ) -> None:
     path = trace.save(tmp_path / "walk.nc")

@@ -51,13 +51,15 @@ def test_costs_are_those_of_each_walk(found: hp.study.GaitEnergy) -> None:
         time, torque, rate = trace.time[steady], trace.torque[steady], trace.v[steady, 6:]
         square = np.trapezoid(torque**2, time, axis=0)
         work = np.trapezoid((torque * rate).sum(axis=1), time)
-        way = budget.distance
-        electrical = (work + gamma * square.sum()) / (ROBOT.total_mass * 9.81 * way)
+        distance = budget.distance
+        electrical = (work + gamma * square.sum()) / (ROBOT.total_mass * 9.81 * distance)
         got = found.of("cost_of_transport_electrical", scene)[0, 1]
         assert got == pytest.approx(electrical, rel=0.02)
-        assert found.of("torque_index", scene)[0, 1] == pytest.approx(square.sum() / way, rel=0.02)
+        assert found.of("torque_index", scene)[0, 1] == pytest.approx(
+            square.sum() / distance, rel=0.02
+        )
         largest = found.of("torque_index_largest", scene)[0, 1]
-        assert largest == pytest.approx(square.max() / way, rel=0.02)
+        assert largest == pytest.approx(square.max() / distance, rel=0.02)
 
 
 def test_the_copper_loss_is_that_of_the_limits(found: hp.study.GaitEnergy) -> None:
@@ -79,10 +81,10 @@ def test_gaits_walk_at_equal_speed_and_step_height(found: hp.study.GaitEnergy) -
     share = found.measured_speed / np.array(SPEEDS)
     assert np.nanmax(np.abs(share - 1.0)) < 0.01
     np.testing.assert_allclose(found.stroke[np.isfinite(found.stroke)], 0.1, rtol=1e-12)
-    wanted = 0.1 / (found.duty[:, None] * np.array(SPEEDS))
+    expected = 0.1 / (found.duty[:, None] * np.array(SPEEDS))
     np.testing.assert_allclose(
-        np.where(np.isnan(found.of("cycle_time")), wanted, found.of("cycle_time")),
-        wanted,
+        np.where(np.isnan(found.of("cycle_time")), expected, found.of("cycle_time")),
+        expected,
         rtol=1e-12,
     )
     equal = hp.study.gait_energy(
@@ -99,7 +101,7 @@ def test_what_the_joints_cannot_follow_is_nan_with_its_reason(found: hp.study.Ga
     assert found.cheapest(scene="s2")[2].gaits in (("tripod",), ())
 
 
-def test_ties_within_the_stated_error_are_told() -> None:
+def test_ties_within_the_stated_error_are_listed() -> None:
     """Costs made up: 1 % apart with a stated error of 1 %, then of 0.1 %."""
     base = hp.study.gait_energy(SCENES["s2"], GAITS, [0.1], stroke=0.06, accuracy=1e-3, check=0)
     costs = np.array([[[1.00], [1.01]]])

@@ -1,4 +1,4 @@
-"""Meshes on their way to a live viewer: meshcat's bytes, the viewer's codes."""
+"""Meshes sent to a live viewer: meshcat's bytes, the viewer's codes."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ FACES = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
 def test_a_mesh_is_what_meshcat_itself_sends() -> None:
     """Positions equal to the byte; indices too, but for 2 bytes each where meshcat takes 4.
 
-    meshcat says 3 as the index's item size, which three.js does not read: it takes 1.
+    meshcat sends 3 as the index's item size, which three.js does not read: it takes 1.
     """
     theirs = meshcat.geometry.TriangularMeshGeometry(VERTICES, FACES).lower({})
     ours = umsgpack.unpackb(packed(triangle_geometry(VERTICES, FACES)))
@@ -51,7 +51,7 @@ def test_codes_are_those_the_viewer_unpacks(kind: str) -> None:
 
 
 def test_three_js_reads_one_number_an_index() -> None:
-    """Whatever the item size says: `data.index` goes to a buffer of item size 1."""
+    """Whatever the item size: `data.index` goes to a buffer of item size 1."""
     script = viewer_file("dist/main.min.js")
     loader: Any = re.search(r"=(\w+)\.data\.index;if\(void 0!==\w+\)\{.{1,99}?\}", script)
     assert re.search(r"setIndex\(new \w+\(\w+,1\)\)", loader[0])

@@ -163,7 +163,7 @@ def test_collision_meshes_are_drawn_only_without_visuals(tmp_path: Path) -> None
 
 
 def test_a_link_without_its_visual_mesh_is_drawn_as_it_collides(tmp_path: Path) -> None:
-    """A missing visual is told once, with what stands in; a visual primitive needs no stand-in."""
+    """A missing visual is reported once, with a stand-in; a visual primitive needs no stand-in."""
     trimesh.creation.box((1.0, 1.0, 1.0)).export(tmp_path / "a.stl")
     collision = visual("a.stl").replace("visual>", "collision>")
     finder = ResourceFinder(tmp_path / "r.urdf")

@@ -24,7 +24,7 @@ def _motor(folder: Path) -> hp.Motor:
 
 
 def test_walk_with_a_motor(run: Run, tmp_path: Path) -> None:
-    """The case holds the record's line and rotor on all joints; what is assumed is told."""
+    """The case holds the record's line and rotor on all joints; what is assumed is printed."""
     done = run(*WALK_CASE, "AX-12A")
     assert "motor of all joints: AX-12A at 12 V: stall torque 1.5 N m" in done.out
     assert "assumed: rotor inertia" in done.out
@@ -41,7 +41,7 @@ def test_walk_with_another_supply(run: Run, tmp_path: Path) -> None:
 
 
 def test_walk_with_a_file_of_motors(run: Run, tmp_path: Path) -> None:
-    """A user's own motor; a doubtful row says so."""
+    """A user's own motor; a doubtful row has a note."""
     text = "model,voltage_V,stall_torque_Nm,no_load_speed_rpm,mass_g,uncertain\nM,6,3,60,50,a guess"
     (tmp_path / "mine.csv").write_text(text)
     done = run(*WALK_CASE, "m", "--catalog", "mine.csv")
@@ -50,7 +50,7 @@ def test_walk_with_a_file_of_motors(run: Run, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("words", "text"),
+    ("options", "text"),
     [
         (("--motor", "nix"), "no motor named 'nix'"),
         (("--motor", "MX-64"), "11.1, 12, 14.8 V"),
@@ -61,8 +61,8 @@ def test_walk_with_a_file_of_motors(run: Run, tmp_path: Path) -> None:
         (("--catalog", "none.csv"), "without --motor"),
     ],
 )
-def test_refused(run: Run, words: tuple[str, ...], text: str) -> None:
-    done = run(*WALK, *words)
+def test_refused(run: Run, options: tuple[str, ...], text: str) -> None:
+    done = run(*WALK, *options)
     assert (done.status, done.left) == (2, [])
     assert text in done.err
 
@@ -98,7 +98,7 @@ def test_numbers_and_names() -> None:
 
 
 def test_sound_file_is_left_alone(run: Run, tmp_path: Path) -> None:
-    """A motor's name is looked up even where nothing needs it: a typing error is told."""
+    """A motor's name is looked up even where nothing needs it: a typing error is reported."""
     (tmp_path / "sound.urdf").write_text(SOUND)
     done = run("repair", "sound.urdf", "-o", "copy.urdf", "--effort", "AX-12B")
     assert (done.status, done.left) == (2, ["sound.urdf"])

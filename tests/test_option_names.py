@@ -20,7 +20,7 @@ WALK = {name: f"--{name.replace('_', '-')}" for name in (
 
 
 @pytest.mark.parametrize(
-    ("error", "said"),
+    ("error", "message"),
     [
         (ParameterError("foot_radius", -1.0, "at least 0 m"), "--foot-radius = -1.0: must be"),
         (ParameterError("Gait.cycle_time", 0.0, "above 0"), "--cycle-time = 0.0: must be above 0."),
@@ -38,9 +38,9 @@ WALK = {name: f"--{name.replace('_', '-')}" for name in (
     ],
 )
 def test_arguments_become_options_where_the_command_has_them(
-    error: HexapodError, said: str
+    error: HexapodError, message: str
 ) -> None:
-    assert said in in_options(error, WALK)
+    assert message in in_options(error, WALK)
     assert in_options(error, {}) == str(error)
 
 
@@ -58,28 +58,28 @@ def test_no_legs_ask_for_the_option(tmp_path: Path, capsys: pytest.CaptureFixtur
         '<robot name="box"><link name="base"><inertial><mass value="1"/><inertia ixx="1" iyy="1" '
         'izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>'
     )
-    said = refusal(capsys, "walk", path, "--out", tmp_path / "w.nc", "--no-html")
-    assert "--feet a,b,c" in said
-    assert "feet=" not in said
+    message = refusal(capsys, "walk", path, "--out", tmp_path / "w.nc", "--no-html")
+    assert "--feet a,b,c" in message
+    assert "feet=" not in message
     with refused(UrdfError, source=str(path), about=("feet=[...]",)):
         hp.load_robot(path)
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         (("--foot-radius", "-1"), "--foot-radius = -1.0"),
         (("--record", "forces"), "--record = 'forces'"),
         (("--out", "walk.txt"), "must end in .nc, .h5, .hdf5, .csv, .csv.gz"),
     ],
 )
-def test_walk_refuses_in_its_own_words(
+def test_walk_refuses_in_terms_of_its_options(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
     options: tuple[str, ...],
-    said: str,
+    message: str,
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    assert said in refusal(capsys, "walk", "kharagpur", "--no-html", *options)
+    assert message in refusal(capsys, "walk", "kharagpur", "--no-html", *options)
     assert not list(tmp_path.iterdir())

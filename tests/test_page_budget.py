@@ -1,4 +1,4 @@
-"""The size of a playback: long walks have fewer pictures per second, and say so."""
+"""The size of a playback: long walks have fewer pictures per second, with a note."""
 
 from __future__ import annotations
 
@@ -50,14 +50,14 @@ def test_a_short_walk_has_all_its_pictures(tmp_path: Path) -> None:
     assert "pictures per second" not in path.read_text()
 
 
-def test_a_long_walk_keeps_the_budget_and_says_so(tmp_path: Path, small: int) -> None:
+def test_a_long_walk_keeps_the_budget_with_a_note(tmp_path: Path, small: int) -> None:
     """As full as it goes: not below 95 % of the limit; the times still span the walk."""
     path = write_html(synthetic_trace(duration=60.0), tmp_path / "a.html")
     assert 0.95 * small < path.stat().st_size <= small
     times = np.array(embedded(path)["times"])
     assert (times[0], times[-1]) == pytest.approx((0.0, 60.0), abs=0.5)
-    [said] = re.findall(r"<br>([\d.]+) pictures per second instead of 30", path.read_text())
-    assert float(said) == pytest.approx((len(times) - 1) / 60.0, rel=0.1)
+    [note] = re.findall(r"<br>([\d.]+) pictures per second instead of 30", path.read_text())
+    assert float(note) == pytest.approx((len(times) - 1) / 60.0, rel=0.1)
 
 
 def test_runs_side_by_side_keep_the_budget(tmp_path: Path, small: int) -> None:
@@ -74,11 +74,11 @@ def test_a_minute_with_meshes_on_rough_ground_keeps_ten_megabytes(tmp_path: Path
     corners = np.random.default_rng(1).normal(size=(3 * MESH_BUDGET, 3))
     loose = triangle_mesh("/m", corners, np.arange(3 * MESH_BUDGET).reshape(-1, 3))
     scene = [*scene_commands(trace), loose]
-    motion, said = page_budget.fitted_motion(
+    motion, note = page_budget.fitted_motion(
         lambda rate: animation_command(trace, fps=rate), 30.0, scene, ""
     )
-    path = write_page(tmp_path / "a.html", title="", caption=said, scene=scene, animation=motion)
-    assert "pictures per second" in said
+    path = write_page(tmp_path / "a.html", title="", caption=note, scene=scene, animation=motion)
+    assert "pictures per second" in note
     assert 9.5e6 < path.stat().st_size <= 10e6
 
 

@@ -1,4 +1,4 @@
-"""Planning a long walk tells how far it is, and Ctrl-C ends it as it ends a run."""
+"""Planning a long walk reports how far it is, and Ctrl-C ends it as it ends a run."""
 
 from __future__ import annotations
 
@@ -29,12 +29,14 @@ def case(monkeypatch: pytest.MonkeyPatch) -> hp.Case:
 
 
 def test_planning_tells_its_share_before_the_run_begins(case: hp.Case) -> None:
-    told: list[tuple[str, float]] = []
+    reports: list[tuple[str, float]] = []
     run_case(
-        case, lambda share: told.append(("run", share)), lambda share: told.append(("plan", share))
+        case,
+        lambda share: reports.append(("run", share)),
+        lambda share: reports.append(("plan", share)),
     )
-    kinds = [kind for kind, _ in told]
-    planned = [share for kind, share in told if kind == "plan"]
+    kinds = [kind for kind, _ in reports]
+    planned = [share for kind, share in reports if kind == "plan"]
     assert kinds == sorted(kinds)  # "plan" before "run"
     assert len(planned) > 5
     assert planned == sorted(planned)

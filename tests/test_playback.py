@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import errno
 import json
 import os
 import re
@@ -24,7 +23,7 @@ import pytest
 from refusals import refused
 from synthetic import FEET, JOINTS, URDF, WEIGHT, synthetic_trace, with_run
 
-from hexapod_pin.errors import ParameterError, TraceFileError, ViewerError
+from hexapod_pin.errors import ParameterError, ViewerError
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.view import live_viewer, view, write_html
 from hexapod_pin.view.scene_graph import animation_command, frame_samples, scene_commands
@@ -130,12 +129,12 @@ def test_poses_are_pinocchios_forward_kinematics(page: str, trace: Trace) -> Non
         q = np.concatenate([trace.q[sample, :7], trace.q[sample, 7:][order]])
         pin.framesForwardKinematics(model, state, q)
         for name in ("root_joint", "lf_coxa_joint", "rm_femur_joint", "rr_tibia_joint"):
-            truth = state.oMi[model.getJointId(name)]
+            expected = state.oMi[model.getJointId(name)]
             path = f"/meshcat/robot/{name}"
             position = track(animation, path, "position")[frame]
-            np.testing.assert_allclose(position, truth.translation, atol=ROUNDED)
+            np.testing.assert_allclose(position, expected.translation, atol=ROUNDED)
             drawn = pin.Quaternion(track(animation, path, "quaternion")[frame]).matrix()
-            np.testing.assert_allclose(drawn, truth.rotation, atol=4 * ROUNDED)
+            np.testing.assert_allclose(drawn, expected.rotation, atol=4 * ROUNDED)
 
 
 def test_a_body_carries_its_visuals(trace: Trace) -> None:
@@ -255,32 +254,18 @@ def test_bad_requests_are_refused(trace: Trace, tmp_path: Path) -> None:
         animation_command(trace, speed=float("nan"))
     with refused(ViewerError, about=("URDF",)) as caught:
         write_html(synthetic_trace(urdf="no robot"), tmp_path / "x.html")
-    assert caught.value.__cause__ is not None  # what reads the URDF has said what is wrong
+    assert caught.value.__cause__ is not None  # what reads the URDF has the reason
     other = replace(trace, joint_names=("knee", *JOINTS[1:]))
     with refused(ViewerError, about=("'knee'",)):
         write_html(other, tmp_path / "x.html")
     assert os.listdir(tmp_path) == []
 
 
-def test_a_failed_write_keeps_the_old_page(
-    trace: Trace, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def full(*_: object) -> None:
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    path = tmp_path / "walk.html"
-    path.write_text("old")
-    monkeypatch.setattr(os, "replace", full)
-    with refused(TraceFileError, about=("walk.html", os.strerror(errno.ENOSPC))):
-        write_html(trace, path)
-    assert (path.read_text(), os.listdir(tmp_path)) == ("old", ["walk.html"])
-
-
 # --- live ---------------------------------------------------------------------------------------
 
 
 async def first_messages(url: str, count: int) -> list[Any]:
-    """Return what a browser is told when it connects."""
+    """Return what a browser receives when it connects."""
     import umsgpack
     from tornado.websocket import websocket_connect
 
@@ -298,11 +283,11 @@ def test_a_browser_that_comes_late_gets_scene_and_motion(trace: Trace) -> None:
         assert viewer.url.startswith("http://127.0.0.1:")
         with urllib.request.urlopen(viewer.url, timeout=10) as answer:
             assert b"MeshCat" in answer.read()
-        told = asyncio.run(first_messages(viewer.url, len(expected) + 1))
-    assert sorted(m["type"] for m in told) == sorted(
+        received = asyncio.run(first_messages(viewer.url, len(expected) + 1))
+    assert sorted(m["type"] for m in received) == sorted(
         c["type"] for c in [*expected, {"type": "set_animation"}]
     )
-    [animation] = [m for m in told if m["type"] == "set_animation"]
+    [animation] = [m for m in received if m["type"] == "set_animation"]
     assert animation["animations"] == animation_command(trace, fps=60.0)["animations"]
     with pytest.raises(urllib.error.URLError):
         urllib.request.urlopen(viewer.url, timeout=10)

@@ -13,20 +13,8 @@ from refusals import refused
 
 import hexapod_pin as hp
 
-HEAVY = (
-    *(
-        "pinocchio",
-        "scipy",
-        "xarray",
-        "meshcat",
-        "yourdfpy",
-        "matplotlib",
-        "fpdf",
-        "h5py",
-        "pydantic",
-    ),
-    *("trimesh", "collada", "xacro", "PIL"),
-)
+VIEWERS = {"meshcat", "yourdfpy", "matplotlib", "fpdf", "xarray"}
+HEAVY = {*VIEWERS, *"pinocchio scipy h5py pydantic trimesh collada xacro PIL".split()}
 
 
 def test_exactly_the_promised_names_are_listed():
@@ -38,7 +26,7 @@ def test_exactly_the_promised_names_are_listed():
 
 @pytest.mark.parametrize("name", [*surface(), *MODULES])
 def test_name_exists_and_is_documented(name: str):
-    """Every listed name can be fetched and says what it is; a class does not inherit that."""
+    """Every listed name can be fetched and has a docstring; a class does not inherit it."""
     found = surface().get(name) or getattr(hp, name)
     own = found.__doc__ if inspect.isclass(found) else inspect.getdoc(found)
     assert (own or "").strip(), f"{name} has no docstring"
@@ -62,29 +50,30 @@ def test_front_doors_of_errors_and_view():
     assert callable(hp.view.view)
 
 
-def _loaded_after(statement: str) -> set[str]:
-    code = f"import sys; {statement}; print(*sys.modules)"
+def _loaded_after(*statements: str) -> list[set[str]]:
+    """Return the modules that are loaded after each of some statements, one after another."""
+    code = "import sys\n" + "".join(f"{one}\nprint(*sys.modules)\n" for one in statements)
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    return set(done.stdout.split())
+    return [set(line.split()) for line in done.stdout.splitlines()]
 
 
-@pytest.mark.parametrize("statement", ["import hexapod_pin", "import hexapod_pin.commands.app"])
-def test_importing_loads_nothing_heavy(statement: str):
-    """What takes long to import waits until it is used: `--help` and tab completion stay quick."""
-    assert not _loaded_after(statement) & set(HEAVY)
+def test_libraries_are_loaded_where_they_are_used():
+    """`--help` and tab completion stay quick; a torque run never pays for the viewer.
 
-
-def test_simulation_loads_no_viewer():
-    """A torque run never pays for meshcat, yourdfpy or matplotlib."""
-    loaded = _loaded_after("import hexapod_pin as hp; hp.simulate, hp.torque_budget, hp.load_robot")
-    assert not loaded & {"meshcat", "yourdfpy", "matplotlib", "fpdf", "xarray"}
-
-
-def test_controllers_load_no_scipy():
-    """Its linear algebra takes a second to load; only the check of gains needs it."""
-    assert "scipy" not in _loaded_after(
-        "import hexapod_pin as hp; hp.FootControl, hp.foot_control.SlipPid"
+    SciPy's linear algebra takes a second to load; only the check of gains needs it. Hard cases and
+    benchmarks load only with their commands.
+    """
+    package, controllers, runs, names = _loaded_after(
+        "import hexapod_pin as hp",
+        "hp.FootControl, hp.foot_control.SlipPid",
+        "hp.simulate, hp.torque_budget, hp.load_robot",
+        "[getattr(hp, name) for name in hp.__all__]",
     )
+    (command,) = _loaded_after("import hexapod_pin.commands.app")
+    assert not package & HEAVY and not command & HEAVY
+    assert "scipy" not in controllers and not runs & VIEWERS
+    evidence = ("hexapod_pin.validation", "hexapod_pin.benchmark")
+    assert not [name for name in names if name.startswith(evidence)]
 
 
 ROOMS = """
@@ -93,21 +82,10 @@ robot drive control simulation results study view ground ground.contact ground.t
 
 
 @pytest.mark.parametrize("room", ROOMS)
-def test_a_room_has_one_door(room: str):
+def test_a_room_lists_its_names(room: str):
     """`__all__` of a room is sorted, complete, and each of its names has a docstring."""
-    door = importlib.import_module(f"hexapod_pin.{room}")
-    assert list(door.__all__) == sorted(set(door.__all__))
-    for name in door.__all__:
-        found = getattr(door, name)
+    package = importlib.import_module(f"hexapod_pin.{room}")
+    assert list(package.__all__) == sorted(set(package.__all__))
+    for name in package.__all__:
+        found = getattr(package, name)
         assert not callable(found) or (inspect.getdoc(found) or "").strip(), name
-
-
-def test_importing_the_product_loads_no_evidence():
-    """Hard cases and benchmarks load only with their commands."""
-    statement = "import hexapod_pin as hp; [getattr(hp, name) for name in hp.__all__]"
-    loaded = _loaded_after(statement)
-    assert not [
-        name
-        for name in loaded
-        if name.startswith(("hexapod_pin.validation", "hexapod_pin.benchmark"))
-    ]

@@ -44,7 +44,7 @@ def motion(walk: hp.Case) -> hp.Trace:
 
 
 def test_what_is_recorded_is_the_same_to_the_bit(walk: hp.Case, whole: hp.Trace) -> None:
-    """Choosing changes what is kept, not what is run."""
+    """Choosing changes what is stored, not what is run."""
     some = recorded(walk, "contacts", "torque")
     assert some.recorded == ("motion", "torque", "contacts")
     for name in ("time", "q", "v", "torque", "foot_position", "foot_force", "foot_normal"):
@@ -54,16 +54,16 @@ def test_what_is_recorded_is_the_same_to_the_bit(walk: hp.Case, whole: hp.Trace)
 
 
 @pytest.mark.parametrize(
-    ("asked", "name", "group"),
+    ("array", "name", "group"),
     [("torque", "torque", "torque"), ("q_ref", "q_ref", "set_points"), ("com", "com", "com"),
      ("contact", "foot_force", "contacts"), ("energy_residual", "energy", "energy"),
      ("foot_force", "foot_force", "contacts")],
 )  # fmt: skip
 def test_what_is_missing_is_said_with_what_to_record(
-    motion: hp.Trace, asked: str, name: str, group: str
+    motion: hp.Trace, array: str, name: str, group: str
 ) -> None:
     with refused(NotRecordedError, name, record=[group], about=(f"--record {group}`",)):
-        getattr(motion, asked)
+        getattr(motion, array)
     with refused(AttributeError, about=("'torques'",)):
         _ = motion.torques  # type: ignore[attr-defined]
 
@@ -147,7 +147,7 @@ def test_a_file_is_smaller_than_its_samples(
 ) -> None:
     """Measured: 0.74 of its columns' bytes here, 0.57 for longer walks with more samples."""
     size = sum(column.values.nbytes for column in whole.group().columns.values())
-    kept = whole.save(tmp_path / "whole.nc").stat().st_size
+    stored = whole.save(tmp_path / "whole.nc").stat().st_size
     least = motion.save(tmp_path / "motion.nc").stat().st_size
-    assert kept < 0.8 * size
-    assert least < 0.45 * kept
+    assert stored < 0.8 * size
+    assert least < 0.45 * stored

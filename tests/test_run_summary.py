@@ -36,7 +36,7 @@ class Motion:
         self.pitch = 0.02 + 0.03 * np.cos(omega[1] * time)
         self.height = 0.1 + 0.01 * np.sin(omega[1] * time)
         self.rise = 0.01 * omega[1] * np.cos(omega[1] * time)
-        self.way = np.stack([0.2 * time, 0.05 * time**2], axis=1)
+        self.path = np.stack([0.2 * time, 0.05 * time**2], axis=1)
         wave = np.sin(omega[:2] * t)
         self.normal = np.where(wave > 0.0, 30.0 * wave, 0.0)
         self.slip = np.where(wave > 0.0, 0.01 * wave**2, 0.0)
@@ -51,7 +51,7 @@ class Motion:
             force[:, 2], force[:, 0] = self.normal[k], -0.5 * self.normal[k]
             summary.record(
                 t, self.q(k), self.v(k), self.torque[k], force, self.normal[k], self.slip[k],
-                np.array([*self.way[k], self.height[k]]), self.rubbing[k],
+                np.array([*self.path[k], self.height[k]]), self.rubbing[k],
             )  # fmt: skip
         data: dict[str, Any] = summary.data()
         return data
@@ -61,7 +61,7 @@ class Motion:
         import pinocchio as pin
 
         turn = pin.rpy.rpyToMatrix(self.roll[k], self.pitch[k], self.yaw[k])
-        base = [self.way[k, 0], self.way[k, 1], self.height[k]]
+        base = [self.path[k, 0], self.path[k, 1], self.height[k]]
         return np.array([*base, *pin.Quaternion(turn).coeffs(), *self.angle[k]])
 
     def v(self, k: int) -> Array:

@@ -43,9 +43,9 @@ def test_braking_gives_back_or_is_lost() -> None:
     assert load.power_mean == pytest.approx(drives / 2.0, rel=2e-3)
     assert load.power_mean_regeneration == pytest.approx((drives - 2.25) / 2.0, rel=2e-3)
     assert load.power_peak == pytest.approx(drives)
-    way = loaded(torque, speed, weight=10.0, distance=0.1)
-    assert way.cost_of_transport == pytest.approx(load.energy / 1.0)
-    assert way.cost_of_transport_regeneration == pytest.approx(load.energy_regeneration / 1.0)
+    moving = loaded(torque, speed, weight=10.0, distance=0.1)
+    assert moving.cost_of_transport == pytest.approx(load.energy / 1.0)
+    assert moving.cost_of_transport_regeneration == pytest.approx(load.energy_regeneration / 1.0)
     assert load.cost_of_transport is None
 
 

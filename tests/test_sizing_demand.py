@@ -131,15 +131,15 @@ def test_the_load_inertia_of_a_walk_is_what_inverse_dynamics_asks_for() -> None:
 def test_cost_of_transport_is_that_of_the_torque_budget() -> None:
     found, whole = demand(), hp.torque_budget(walk())
     assert found.weight == pytest.approx(9.81 * (hp.load_robot("kharagpur").total_mass + 0.5))
-    way = trunk_way(walk(), found.time)
-    cost = found.positive_energy.sum() / (found.weight * way)
+    distance = trunk_distance(walk(), found.time)
+    cost = found.positive_energy.sum() / (found.weight * distance)
     assert found.cost_of_transport_positive == pytest.approx(cost, rel=2e-3)
     assert found.cost_of_transport_positive == pytest.approx(whole.cost_of_transport_positive)
     assert found.cost_of_transport == pytest.approx(whole.cost_of_transport)
 
 
-def test_a_run_that_cut_torques_off_says_so() -> None:
-    """A motor of 0.6 N m: what the walk would ask of a stronger one is not known."""
+def test_a_run_that_cut_torques_off_has_a_note() -> None:
+    """A motor of 0.6 N m: what the walk would take of a stronger one is unknown."""
     robot = hp.load_robot("kharagpur")
     weak = hp.Motor(stall_torque=0.6, no_load_speed=20.0)
     servo = hp.Servo(**hp.Servo.for_robot(robot).model_dump() | {"motor": weak})
@@ -150,7 +150,7 @@ def test_a_run_that_cut_torques_off_says_so() -> None:
     assert not any("at the torque limit" in note for note in demand().notes)
 
 
-def trunk_way(trace: hp.Trace, time: np.ndarray) -> float:
+def trunk_distance(trace: hp.Trace, time: np.ndarray) -> float:
     """Return how far the trunk comes forward in one of two cycles [m]."""
     x = np.interp(time[[0, -1]], trace.time, trace.q[:, 0])
     return float(x[1] - x[0]) / 2

@@ -42,8 +42,8 @@ def table(places: list[tuple[float, float]], center: tuple[float, float]) -> tup
     return model, [(model.getJointId(f"j{k}"), offset) for k in range(len(places))]
 
 
-def held(model: pin.Model, feet: list, *supports: list[bool], tilt: float = 0.0):
-    """Return what is held in the neutral posture, the trunk turned about the vertical."""
+def holding(model: pin.Model, feet: list, *supports: list[bool], tilt: float = 0.0):
+    """Return the holding torques in the neutral posture, the trunk turned about the vertical."""
     q = pin.neutral(model)
     q[5:7] = np.sin(tilt / 2.0), np.cos(tilt / 2.0)
     return holding_torque(model, feet, q[None], np.array([supports]))
@@ -57,7 +57,7 @@ def test_three_feet_by_hand(turn: float) -> None:
     gives a positive torque about y, force times reach.
     """
     model, feet = table([(1.0, 0.0), (0.0, 1.0), (0.0, 0.0)], (0.2, 0.3))
-    found = held(model, feet, [True] * 3, tilt=turn)
+    found = holding(model, feet, [True] * 3, tilt=turn)
     share = np.array([0.2, 0.3, 0.5]) * WEIGHT
     assert found.force[0, 0] == pytest.approx(share, rel=1e-9)
     order = [feet[k][0] - 2 for k in range(3)]
@@ -68,11 +68,11 @@ def test_four_feet_share_with_least_norm_and_none_is_pulled() -> None:
     """Corners (+-1, +-1): W (1/4 + (x xk + y yk) / 4) while that is positive; then three carry."""
     corners = [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)]
     model, feet = table(corners, (0.2, 0.1))
-    force = held(model, feet, [True] * 4).force[0, 0]
+    force = holding(model, feet, [True] * 4).force[0, 0]
     expected = [WEIGHT * (0.25 + (0.2 * x + 0.1 * y) / 4.0) for x, y in corners]
     assert force == pytest.approx(expected, rel=1e-9)
     model, feet = table(corners, (0.7, 0.6))  # the formula gives the last foot -0.075 W
-    found = held(model, feet, [True] * 4, [True, True, True, False])
+    found = holding(model, feet, [True] * 4, [True, True, True, False])
     expected = WEIGHT * np.array([0.65, 0.2, 0.15, 0.0])  # moments about the two other feet
     assert found.force[0, 0] == pytest.approx(expected, abs=1e-6 * WEIGHT)
     assert found.torque[0, 0] == pytest.approx(found.torque[0, 1], abs=1e-6 * WEIGHT)
@@ -83,10 +83,10 @@ def test_a_robot_that_would_tip_over_is_told() -> None:
     places = [(1.0, 0.0), (0.0, 1.0), (0.0, 0.0)]
     model, feet = table(places, (0.6, 0.6))
     cases = [[True] * 3, [True, True, False], [True, False, False], [False] * 3]
-    found = held(model, feet, *cases)
+    found = holding(model, feet, *cases)
     assert not found.holds.any() and np.isnan(found.torque).all()
     model, feet = table(places, (0.5, 0.5))
-    line = held(model, feet, [True, True, False])
+    line = holding(model, feet, [True, True, False])
     assert line.force[0, 0] == pytest.approx(WEIGHT * np.array([0.5, 0.5, 0.0]), rel=1e-9)
 
 
@@ -147,12 +147,12 @@ def test_losing_a_leg_loads_the_others_and_may_tip_the_robot() -> None:
     assert found.holding_lost_leg[femurs].max() > 1.2 * found.holding[femurs].max()
     assert any("without one leg" in note and "lm" in note for note in found.notes)
     strong = hp.motor_budget(found, record(stall_torque=3.0, rated_torque=3.0))
-    asked = hp.motor_budget(found, record(stall_torque=3.0, rated_torque=3.0), lost_leg=True)
-    assert strong.robot.lost_leg_use == asked.robot.lost_leg_use
-    assert asked.robot.lost_leg_use == pytest.approx(
+    required = hp.motor_budget(found, record(stall_torque=3.0, rated_torque=3.0), lost_leg=True)
+    assert strong.robot.lost_leg_use == required.robot.lost_leg_use
+    assert required.robot.lost_leg_use == pytest.approx(
         found.holding_lost_leg.max() / (0.8 * 0.9 * 3.0)
     )
-    assert ("lost_leg_use" in asked.robot.failures) == (asked.robot.lost_leg_use > 1.0)
+    assert ("lost_leg_use" in required.robot.failures) == (required.robot.lost_leg_use > 1.0)
     assert "lost_leg_use" not in strong.robot.failures
 
 

@@ -1,4 +1,4 @@
-"""A motor held against a demand: its line in all quadrants, margins, gear, verdict, text."""
+"""A motor compared with a demand: its line in all quadrants, margins, gear, verdict, text."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from hexapod_pin.errors import ParameterError, UnknownNameError
 from tests.sizing_cases import OMEGA, cycle, demand, full, of_motion, pure_inertia, record, walk
 
 
-def held(torque: float, speed: float, **derating: float) -> hp.sizing.MotorUse:
+def use(torque: float, speed: float, **derating: float) -> hp.sizing.MotorUse:
     """Return what a constant torque at a constant speed takes of the motor of 2 N m, 8 rad/s."""
     time = cycle(10)
     found = of_motion(np.full(11, torque), np.full(11, speed), time)
@@ -33,7 +33,7 @@ def held(torque: float, speed: float, **derating: float) -> hp.sizing.MotorUse:
 )
 def test_the_line_in_all_quadrants(torque: float, speed: float, allowed: float) -> None:
     """T0 - T0 v / v0 in the torque's own direction, as `hp.Motor` states its two lines."""
-    row = held(torque, speed)
+    row = use(torque, speed)
     assert row.peak_use == pytest.approx(abs(torque) / allowed, rel=1e-12)
     assert row.margin == pytest.approx(allowed - abs(torque), rel=1e-12)
     assert row.outside_share == pytest.approx(float(abs(torque) > allowed))
@@ -44,7 +44,7 @@ def test_the_line_in_all_quadrants(torque: float, speed: float, allowed: float) 
 
 
 def test_beyond_the_no_load_speed_it_can_only_brake() -> None:
-    drives, brakes = held(0.01, 9.0), held(-0.01, 9.0)
+    drives, brakes = use(0.01, 9.0), use(-0.01, 9.0)
     assert drives.peak_use == np.inf and drives.outside_share == 1.0 and drives.margin < 0.0
     assert brakes.peak_use == pytest.approx(0.01 / (2.0 * (1.0 + 9.0 / 8.0)))
     assert "only brake" in drives.failures["peak_use"]
@@ -53,7 +53,7 @@ def test_beyond_the_no_load_speed_it_can_only_brake() -> None:
 
 def test_derating_lowers_line_speed_and_lasting_torque() -> None:
     """At 0.9 of the voltage the line is parallel and lower; then 0.8 of it is allowed."""
-    row = held(1.0, 4.0, peak=0.8, voltage=0.9, continuous=0.25)
+    row = use(1.0, 4.0, peak=0.8, voltage=0.9, continuous=0.25)
     assert row.peak_use == pytest.approx(1.0 / (0.8 * (0.9 * 2.0 - 2.0 * 4.0 / 8.0)))
     assert row.speed_use == pytest.approx(4.0 / (0.9 * 8.0))
     assert row.continuous_use == pytest.approx(1.0 / 0.5)

@@ -1,4 +1,4 @@
-"""What summaries tell of limits and accelerations: closed forms, samples of a run, older files."""
+"""Limits and accelerations in summaries: closed forms, samples of a run, older files."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def trace() -> hp.Trace:
 def test_they_agree_with_samples_at_every_accepted_step(trace: hp.Trace) -> None:
     """The use against the line of the motor, written as its two inequalities; to rounding.
 
-    As for `at_limit`, a braking motor is held against its stall torque, though it could give more.
+    As for `at_limit`, a braking motor is compared with its stall torque, though it could give more.
     """
     summary = trace.summary
     inside = (trace.time > summary.start - 1e-9) & (trace.time < summary.end + 1e-9)

@@ -36,8 +36,8 @@ def test_both_bodies_with_a_growing_resistance_against_an_integrator() -> None:
         return [(power - out) / 1.25, (out - (t[1] - 30.0) / 10.0) / 30.0]
 
     times = np.array([1.0, 20.0, 400.0, 3000.0])
-    truth = solve_ivp(slope, (0, 3000), [30.0, 30.0], "LSODA", times, rtol=1e-10, atol=1e-10)
-    assert MOTOR.course(square, times, ambient=30.0) == pytest.approx(truth.y[0], rel=1e-7)
+    reference = solve_ivp(slope, (0, 3000), [30.0, 30.0], "LSODA", times, rtol=1e-10, atol=1e-10)
+    assert MOTOR.course(square, times, ambient=30.0) == pytest.approx(reference.y[0], rel=1e-7)
     end = MOTOR.course(square, np.array([1e5]), ambient=30.0)[0]
     assert MOTOR.lasting(square, ambient=30.0) == pytest.approx(end, rel=1e-9)
 
@@ -75,7 +75,7 @@ def test_a_load_that_comes_and_goes_heats_above_its_mean() -> None:
 
 
 def test_a_walk_again_from_its_arrays() -> None:
-    """An integration of the winding over many cycles, the housing held at its mean."""
+    """An integration of the winding over many cycles, the housing at its mean."""
     found, motor = demand(), record(**THERMAL)
     budget = hp.motor_budget(found, motor)
     j = int(np.argmax(found.torque_rms))

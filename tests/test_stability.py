@@ -129,7 +129,7 @@ def test_walk_on_level_ground(walk: hp.Trace) -> None:
     """The planned tripod's least margin is 28.7 mm, where the sides change at one instant.
 
     A robot that sags stands on six feet for a while: the margin is that of a stroke shorter by up
-    to the way gone meanwhile (factor 2 b / sqrt(a^2 + 4 b^2) = 0.95 of the closed form).
+    to the distance moved meanwhile (factor 2 b / sqrt(a^2 + 4 b^2) = 0.95 of the closed form).
     """
     found = hp.stability(walk)
     exchanges = 2 * found.window.cycles

@@ -21,7 +21,7 @@ from hexapod_pin import stop_signals as s
 number = int(sys.argv[1])
 def send(): os.kill(os.getpid(), number)
 signal.signal(signal.SIGINT, signal.default_int_handler)
-for each in (signal.SIGTERM, signal.SIGHUP):  # which this process may have been told to ignore
+for each in (signal.SIGTERM, signal.SIGHUP):  # which this process may ignore
     signal.signal(each, signal.SIG_DFL)
 """
 
@@ -49,9 +49,11 @@ main(["walk", "kharagpur", "--gait", "tripod", "--stroke", "0.04", "--cycle-time
 """
 
 
-def run(code: str, *words: object, folder: Path | None = None) -> subprocess.CompletedProcess[str]:
+def run(
+    code: str, *options: object, folder: Path | None = None
+) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
-        [sys.executable, "-c", code, *map(str, words)], capture_output=True, text=True,
+        [sys.executable, "-c", code, *map(str, options)], capture_output=True, text=True,
         cwd=folder or ROOT, env={**os.environ, "PYTHONPATH": str(ROOT)}, check=False, timeout=120,
     )  # fmt: skip
 
@@ -93,7 +95,7 @@ except KeyboardInterrupt:
     assert run(PLAIN + code, signal.SIGTERM).stdout == "whole\nstopped\nsaved\n"
 
 
-def test_a_section_asks_for_a_signal_where_it_may_end() -> None:
+def test_a_section_checks_for_a_signal_where_it_may_end() -> None:
     code = """
 s.install(); s.begin()
 with s.unbroken():
@@ -102,9 +104,9 @@ with s.unbroken():
     try:
         s.check_stop()
     except s.StopSignal as stop:
-        print("asked", stop.number)
+        print("requested", stop.number)
 """
-    assert run(PLAIN + code, signal.SIGHUP).stdout == f"asked {int(signal.SIGHUP)}\n"
+    assert run(PLAIN + code, signal.SIGHUP).stdout == f"requested {int(signal.SIGHUP)}\n"
 
 
 def test_a_signal_that_is_swallowed_comes_again() -> None:
@@ -151,10 +153,10 @@ def test_a_walk_keeps_what_was_done(tmp_path: Path, number: int, times: int) -> 
 
 def test_a_reader_that_goes_away_leaves_a_command_to_its_end(tmp_path: Path) -> None:
     """As of `hexapod-pin walk ... | head -1`."""
-    words = ["walk", "kharagpur", "--gait", "tripod", "--stroke", "0.04", "--cycle-time", "0.3",
-             "--duration", "1.5", "--quick", "--no-html"]  # fmt: skip
+    options = ["walk", "kharagpur", "--gait", "tripod", "--stroke", "0.04", "--cycle-time", "0.3",
+             "--duration", "0.9", "--quick", "--no-html", "--no-estimate"]  # fmt: skip
     with subprocess.Popen(
-        [sys.executable, "-m", "hexapod_pin", *words], cwd=tmp_path, text=True,
+        [sys.executable, "-m", "hexapod_pin", *options], cwd=tmp_path, text=True,
         stdout=subprocess.PIPE, stderr=subprocess.PIPE,
         env={**os.environ, "PYTHONPATH": str(ROOT)},
     ) as process:  # fmt: skip
@@ -164,7 +166,7 @@ def test_a_reader_that_goes_away_leaves_a_command_to_its_end(tmp_path: Path) -> 
         process.stdout.close()
         err = process.stderr.read()
         assert (process.wait(), err) == (0, "")
-    assert hp.load_trace(tmp_path / "walk.nc").time[-1] == pytest.approx(1.5)
+    assert hp.load_trace(tmp_path / "walk.nc").time[-1] == pytest.approx(0.9)
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full here")
@@ -178,7 +180,7 @@ def test_a_full_disk_under_the_standard_output_is_one_line() -> None:
     assert done.stderr == "hexapod-pin: <stdout>: cannot be written (No space left on device).\n"
 
 
-def test_a_signal_that_is_taken_for_the_end_is_told() -> None:
+def test_a_signal_that_is_taken_for_the_end_is_reported() -> None:
     """As by `view`, or where a destructor swallows it and the command is done before it is back."""
     code = """
 from hexapod_pin.commands import process
@@ -194,7 +196,9 @@ process.run_process([])
 """
     done = run(PLAIN + code, signal.SIGTERM)
     assert done.returncode == 128 + signal.SIGTERM
-    assert done.stderr == "hexapod-pin: asked to stop at its end; what it was to do is done\n"
+    assert (
+        done.stderr == "hexapod-pin: stop requested at the end of the command; its work is done\n"
+    )
     assert (run(PLAIN + code, signal.SIGINT).returncode, done.stdout) == (0, "")
 
 
@@ -207,7 +211,9 @@ process.run_process([])
 """
     done = run(PLAIN + code, signal.SIGHUP)
     assert done.returncode == 128 + signal.SIGHUP
-    assert done.stderr == "hexapod-pin: asked to stop at its end; what it was to do is done\n"
+    assert (
+        done.stderr == "hexapod-pin: stop requested at the end of the command; its work is done\n"
+    )
 
 
 def test_nothing_cuts_the_end() -> None:

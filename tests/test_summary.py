@@ -66,7 +66,7 @@ def rms(time: np.ndarray, values: np.ndarray) -> np.ndarray:
 
 
 def test_feet_and_way(trace: hp.Trace) -> None:
-    """Forces carry the weight; each foot is down half of the cycle; the way is that of samples."""
+    """Forces carry the weight; each foot is down half of the cycle; distance as of samples."""
     summary = trace.summary
     weight = 9.81 * SCENE.robot.total_mass
     assert summary.impulse[:, 2].sum() == pytest.approx(weight * CYCLE, rel=2e-2)
@@ -135,7 +135,7 @@ def test_a_budget_takes_a_trace_a_summary_or_an_older_trace(trace: hp.Trace) -> 
     older = hp.torque_budget(replace(trace, gathered=None))
     assert ours.peaks == theirs.peaks == "accepted steps" and older.peaks == "samples"
     assert ours.joints == theirs.joints and ours.table() == theirs.table()
-    assert "Peaks are those of accepted steps" in ours.table()
+    assert "Peaks include every accepted step" in ours.table()
     assert "Peaks are those of samples" in older.table()
     for mine, other in zip(ours.joints, older.joints, strict=True):
         assert mine.torque_peak == other.torque_peak  # every accepted step is sampled here

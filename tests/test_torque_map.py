@@ -26,11 +26,15 @@ RADIUS = 0.20284  # [m], physics 2.2: L1 + L2
 
 @pytest.fixture(scope="module")
 def found() -> hp.study.TorqueMap:
-    told: list[float] = []
+    fractions: list[float] = []
     got = hp.torque_map(
-        SCENE, "arc", strokes=STROKES, cycle_times=TIMES, check=2, progress=told.append
+        SCENE, "arc", strokes=STROKES, cycle_times=TIMES, check=2, progress=fractions.append
     )
-    assert told == sorted(told) and len(told) == 6 and told[-1] == pytest.approx(1.0)
+    assert (
+        fractions == sorted(fractions)
+        and len(fractions) == 6
+        and fractions[-1] == pytest.approx(1.0)
+    )
     return got
 
 
@@ -66,11 +70,11 @@ def test_a_map_is_what_its_walks_come_to_one_by_one(found: hp.study.TorqueMap) -
             assert energy == pytest.approx(budget.kind("coxa").positive_energy, rel=1e-12)
 
 
-def test_the_stroke_of_an_arc_walk_is_the_one_asked_for(found: hp.study.TorqueMap) -> None:
+def test_the_stroke_of_an_arc_walk_is_the_one_requested(found: hp.study.TorqueMap) -> None:
     """V = stroke / (duty T); the amplitude from R as published agrees to its rounding, 1e-5."""
-    wanted = np.array(STROKES)[:, None] / (2.0 / 3.0 * np.array(TIMES))
-    np.testing.assert_allclose(found.nominal_speed, wanted, rtol=1e-12)
-    assert arc(0.14, 1.2).path(ROBOT).speed == pytest.approx(wanted[1, 1], rel=2e-5)
+    expected = np.array(STROKES)[:, None] / (2.0 / 3.0 * np.array(TIMES))
+    np.testing.assert_allclose(found.nominal_speed, expected, rtol=1e-12)
+    assert arc(0.14, 1.2).path(ROBOT).speed == pytest.approx(expected[1, 1], rel=2e-5)
 
 
 def test_feet_carry_the_weight(found: hp.study.TorqueMap) -> None:
@@ -188,16 +192,16 @@ def test_what_is_out_of_range_is_refused_before_anything_runs(
 
 
 def test_an_interrupted_map_keeps_what_is_done() -> None:
-    """Ctrl-C after the first point: the rest says that it was not run."""
+    """Ctrl-C after the first point: the rest is marked as not run."""
 
     def stop(fraction: float) -> None:
         raise KeyboardInterrupt
 
     with refused(StudyInterrupted, about=("1", "2")) as caught:
         hp.torque_map(SCENE, strokes=[0.06], cycle_times=[0.8, 0.9], accuracy=1e-3, progress=stop)
-    kept = caught.value.result
-    assert not kept.finished and sorted(kept.reason[0]) == ["", NOT_RUN]
-    assert np.isfinite(kept.torque_peak).all(axis=-1).sum() == 1
+    partial = caught.value.result
+    assert not partial.finished and sorted(partial.reason[0]) == ["", NOT_RUN]
+    assert np.isfinite(partial.torque_peak).all(axis=-1).sum() == 1
 
 
 def test_the_file_gives_every_bit_back(found: hp.study.TorqueMap, tmp_path: Path) -> None:

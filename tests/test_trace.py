@@ -2,10 +2,6 @@
 
 from __future__ import annotations
 
-import errno
-import json
-import os
-import resource
 import subprocess
 import sys
 from dataclasses import replace
@@ -20,7 +16,7 @@ from synthetic import FEET, JOINTS, WEIGHT, synthetic_trace, with_run
 from hexapod_pin.errors import ParameterError, TraceFileError, UnknownNameError
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.trace_file import load_trace
-from hexapod_pin.results.trace_layout import ENERGIES, frozen_json
+from hexapod_pin.results.trace_layout import ENERGIES
 
 
 @pytest.fixture
@@ -93,17 +89,12 @@ def test_a_missing_energy_is_refused_by_name() -> None:
         replace(trace, energy=energy)
 
 
-def test_meta_is_kept_as_json_gives_it_back() -> None:
-    """The quick copy equals the way through JSON text, type by type."""
-    meta = {
-        "text": "a\u00b5", "n": 3, "x": 0.1, "yes": True, "none": None, "t": (1, (2.5, "b")),
-        "array": np.arange(4.0).reshape(2, 2), "scalar": np.float64(0.3), "whole": np.int64(7),
-        "deep": {"k": [1, {"m": (0.5,)}], 3: "three"},
-    }  # fmt: skip
-    plain = json.loads(json.dumps(meta, default=lambda value: value.tolist()))
-    kept = frozen_json("meta", meta)
-    assert dict(kept) == plain
-    assert json.dumps(dict(kept)) == json.dumps(plain)
+def test_counters_are_pythons_numbers() -> None:
+    given = {"steps": np.int64(7), "error_most": np.float64(0.1)}
+    counters = replace(synthetic_trace(), counters=given).counters
+    assert [type(value) for value in counters.values()] == [int, float] and counters == given
+    with refused(ParameterError, "Trace.counters[steps]", "7"):
+        replace(synthetic_trace(), counters={"steps": "7"})
 
 
 def test_joints_and_feet_are_found_by_name() -> None:
@@ -255,65 +246,6 @@ def test_flipped_bytes_are_refused_or_harmless(trace: Trace, saved: Path) -> Non
     assert caught > 10
 
 
-def refuse_to_write(monkeypatch: pytest.MonkeyPatch, call: str) -> None:
-    """Let one system call fail as on a full disk."""
-
-    def full(*_: object, **__: object) -> None:
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    monkeypatch.setattr(os, call, full)
-
-
-@pytest.mark.parametrize("call", ["replace", "fsync"])
-def test_a_failed_save_keeps_the_old_file(
-    trace: Trace, saved: Path, monkeypatch: pytest.MonkeyPatch, call: str
-) -> None:
-    """Disk full: the error tells the bytes needed, the old file is intact, no litter is left."""
-    before, size = saved.read_bytes(), saved.stat().st_size
-    refuse_to_write(monkeypatch, call)
-    other = with_run(trace, method="xxxx")  # "none" before: same length
-    with refused(TraceFileError, about=(str(saved), str(size))) as caught:
-        other.save(saved)
-    assert caught.value.__cause__.errno == errno.ENOSPC
-    assert saved.read_bytes() == before
-    assert os.listdir(saved.parent) == ["walk.nc"]
-
-
-def test_a_real_size_limit_keeps_the_old_file(trace: Trace, saved: Path) -> None:
-    """The system itself stops the write half-way (file size limit of this process)."""
-    before = saved.read_bytes()
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, hard))
-    try:
-        with refused(TraceFileError, about=(str(saved), "ulimit -f")) as caught:
-            trace.save(saved)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-    assert caught.value.__cause__.errno == errno.EFBIG
-    assert saved.read_bytes() == before
-    assert os.listdir(saved.parent) == ["walk.nc"]
-
-
-def test_a_missing_directory_is_a_typed_error(trace: Trace, tmp_path: Path) -> None:
-    (tmp_path / "file").touch()
-    for folder, number in (("none", errno.ENOENT), ("file", errno.ENOTDIR)):
-        path = tmp_path / folder / "walk.nc"
-        with refused(TraceFileError, about=(str(path),)) as caught:
-            trace.save(path)
-        assert caught.value.__cause__.errno == number
-
-
-def test_save_follows_no_link_and_gives_usual_permissions(trace: Trace, saved: Path) -> None:
-    link = saved.with_name("latest.nc")
-    link.symlink_to(saved)
-    with refused(TraceFileError, about=(str(link), str(saved))) as caught:
-        trace.save(link)
-    assert caught.value.__cause__.errno == errno.ELOOP and link.is_symlink()
-    plain = saved.with_name("plain")
-    plain.touch()
-    assert saved.stat().st_mode == plain.stat().st_mode
-
-
 def test_a_trace_needs_no_simulator_or_viewer() -> None:
     """Importing the trace imports neither dynamics, nor viewer, nor the heavy file libraries."""
     heavy = "pinocchio meshcat xarray h5py h5netcdf scipy hexapod_pin.simulation.case".split()
@@ -323,7 +255,7 @@ def test_a_trace_needs_no_simulator_or_viewer() -> None:
 
 
 def test_damage_is_found_before_hdf5_follows_it(saved: Path) -> None:
-    """Damaged heaps of HDF5 once made it read for ever: any byte that changes is told first."""
+    """Damaged heaps of HDF5 once made it read for ever: any byte that changes is found first."""
     data = saved.read_bytes()
     for place in range(0, len(data) - 30, len(data) // 50):
         saved.write_bytes(data[:place] + bytes([data[place] ^ 16]) + data[place + 1 :])

@@ -14,25 +14,15 @@ import pytest
 import hexapod_pin as hp
 
 Run = Callable[..., SimpleNamespace]
-WALK = (
-    "walk",
-    "kharagpur",
-    "--gait",
-    "tripod",
-    "--cycle-time",
-    "0.8",
-    "--stroke",
-    "0.05",
-    "--no-html",
-)
+WALK = (*"walk kharagpur --gait tripod --cycle-time 0.4 --stroke 0.03 --no-html".split(),)
 QUICK = ("--accuracy", "1e-2", "--sample", "0.02")
-STEADY = ("--duration", "2.4")  # two cycles to start, a steady one
+STEADY = ("--duration", "1.2")  # two cycles to start, a steady one
 
 
 def test_walk_run_and_budget_give_the_verdict_of_the_library(run: Run) -> None:
     """One walk, three commands, the same table; JSON holds all its numbers beside the budget."""
-    words = (*QUICK, *STEADY, "--verdict", "--save-case", "case.toml")
-    walked = run(*WALK, *words)
+    options = (*QUICK, *STEADY, "--verdict", "--save-case", "case.toml")
+    walked = run(*WALK, *options)
     assert (walked.status, walked.err) == (0, "")
     expected = hp.study.judge_peaks(hp.load_trace("walk.nc"))
     assert walked.out.endswith(expected.table() + "\n")
@@ -47,7 +37,7 @@ def test_walk_run_and_budget_give_the_verdict_of_the_library(run: Run) -> None:
 
 
 def test_a_walk_too_short_for_a_table_has_no_verdict_either(run: Run) -> None:
-    done = run(*WALK, *QUICK, "--duration", "0.4", "--verdict")
+    done = run(*WALK, *QUICK, "--duration", "0.2", "--verdict")
     assert done.status == 0
     assert done.err.startswith("no torque table: ")
     assert "verdict" not in done.out
@@ -101,4 +91,4 @@ def test_ctrl_c_during_the_verdict_leaves_the_walk(
     assert done.status == 130
     assert done.err.startswith("hexapod-pin: no verdict on the peaks: interrupted after 1 of 3")
     assert "Torque budget of" in done.out
-    assert hp.load_trace("walk.nc").time[-1] == pytest.approx(2.4)
+    assert hp.load_trace("walk.nc").time[-1] == pytest.approx(1.2)

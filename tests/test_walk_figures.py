@@ -1,4 +1,4 @@
-"""Figures of walks show what the trace and its analyses say, with S2's signs."""
+"""Figures of walks show the numbers of the trace and its analyses, with S2's signs."""
 
 from __future__ import annotations
 
@@ -53,13 +53,13 @@ def curves(axes: object) -> dict[str, np.ndarray]:
 def test_joint_motion_is_the_trace_in_degrees_and_signs_of_s2(trace: hp.Trace) -> None:
     figure = draw_joint_motion(trace, ["lf"], cycles=1)
     angle, rate = (list(curves(axes).values()) for axes in figure.axes)
-    kept = slice(120, 241)  # the second cycle
+    cycle = slice(120, 241)  # the second cycle
     for k, (joint, sign, less) in enumerate([("coxa", 1, 0), ("femur", -1, 0), ("tibia", 1, 90)]):
         j = trace.joint(f"lf_{joint}_joint")
-        np.testing.assert_array_equal(angle[k][:, 0], trace.time[kept])
-        expected = np.degrees(trace.q[kept, 7 + j])
+        np.testing.assert_array_equal(angle[k][:, 0], trace.time[cycle])
+        expected = np.degrees(trace.q[cycle, 7 + j])
         np.testing.assert_allclose(angle[k][:, 1], sign * expected - less, atol=1e-12)
-        expected = np.degrees(trace.v[kept, 6 + j])
+        expected = np.degrees(trace.v[cycle, 6 + j])
         np.testing.assert_allclose(rate[k][:, 1], sign * expected, atol=1e-12)
     # S2's own numbers: +-20 degrees, a lift by 6 degrees upwards; the middle of the swing is a
     # sample, and the standing posture is level to 0.01 degrees.
@@ -204,46 +204,31 @@ def test_refusals(trace: hp.Trace, slow: hp.Trace) -> None:
         draw_joint_motion(synthetic_trace(urdf=None))
 
 
-@pytest.mark.parametrize(
-    ("script", "options", "written"),
-    [
-        pytest.param("s2_motion", [], ["s2_motion.png"], marks=pytest.mark.slow),
-        ("s2_mass_center", ["--group", "constant"], ["s2_mass_center_constant.png"]),
-        pytest.param(
-            "s2_torques", [], ["s2_quasi_static.png", "s2_torques.png"], marks=pytest.mark.slow
-        ),
-    ],
-)
-def test_scripts_draw_from_the_file(
-    script: str, options: list[str], written: list[str], trace: hp.Trace, slow: hp.Trace,
-    tmp_path: Path,
-) -> None:  # fmt: skip
-    parts = {"paper": trace, "constant": trace, "slow_tetrapod": slow}
-    assert_script_writes(script, options, written, parts, tmp_path)
+SCRIPTS = {
+    "s2_motion": ((), ["s2_motion.png"]),
+    "s2_mass_center": (("--group", "constant"), ["s2_mass_center_constant.png"]),
+    "s2_torques": ((), ["s2_quasi_static.png", "s2_torques.png"]),
+    "s2_sweeps": ((), ["s2_torque_map.png", "s2_torque_peak.png", "s2_torque_rms.png"]),
+    "s2_energy": ((), ["s2_energy.png"]),
+}
+"""Options of the scripts that draw from a study's file, and what they write."""
 
 
 @pytest.mark.slow
-def test_scripts_of_sweeps_draw_from_the_file(tmp_path: Path) -> None:
+def test_scripts_draw_from_the_file(trace: hp.Trace, slow: hp.Trace, tmp_path: Path) -> None:
     scene = hp.Scene(hp.load_robot("kharagpur"), contact=hp.Contact.s2())
-    coarse = {"accuracy": 1e-3}
+    coarse = {"accuracy": 1e-3, "check": 0}
+    gaits = {"tripod": hp.Gait.tripod()}
     parts = {
+        "paper": trace,
+        "constant": trace,
+        "slow_tetrapod": slow,
         "torque_map": hp.torque_map(scene, "arc", strokes=[0.06], cycle_times=[0.8], **coarse),
-        "gait_energy": hp.study.gait_energy(
-            {"servo": scene}, {"tripod": hp.Gait.tripod()}, [0.1], **coarse
-        ),
+        "gait_energy": hp.study.gait_energy({"servo": scene}, gaits, [0.1], **coarse),
     }
-    written = ["s2_torque_map.png", "s2_torque_peak.png", "s2_torque_rms.png"]
-    assert_script_writes("s2_sweeps", [], written, parts, tmp_path)
-    (tmp_path / "energy").mkdir()
-    assert_script_writes("s2_energy", [], ["s2_energy.png"], parts, tmp_path / "energy")
-
-
-def assert_script_writes(
-    script: str, options: list[str], written: list[str], parts: dict, folder: Path
-) -> None:
-    study = hp.study.write_study(folder / "study.nc", parts)
-    module = importlib.import_module(f"studies.s2.{script}")
-    out = folder / "figures"
-    assert module.main([str(study), str(out), *options]) == 0
-    assert sorted(path.name for path in out.iterdir()) == written
-    assert all(path.stat().st_size < 200_000 for path in out.iterdir())
+    study = hp.study.write_study(tmp_path / "study.nc", parts)
+    for script, (options, written) in SCRIPTS.items():
+        module, out = importlib.import_module(f"studies.s2.{script}"), tmp_path / script
+        assert module.main([str(study), str(out), *options]) == 0
+        assert sorted(path.name for path in out.iterdir()) == written
+        assert all(path.stat().st_size < 200_000 for path in out.iterdir())

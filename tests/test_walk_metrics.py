@@ -40,13 +40,13 @@ def summary() -> hp.Summary:
 def test_numbers_are_those_of_summary_and_budget(summary: hp.Summary) -> None:
     """The robot goes 0.05 m per half cycle: what is per cycle is a tenth of what is per metre."""
     metrics, budget = hp.study.WalkMetrics.of(summary), hp.torque_budget(summary)
-    way = 2 * GAIT.stroke
-    assert metrics.measured_speed == pytest.approx(way / CYCLE, rel=5e-3)
+    distance = 2 * GAIT.stroke
+    assert metrics.measured_speed == pytest.approx(distance / CYCLE, rel=5e-3)
     assert metrics.slip_distance == pytest.approx(summary.slip_distance.sum())
-    assert metrics.slip_per_metre == pytest.approx(metrics.slip_distance / way, rel=5e-3)
-    work = summary.friction_work.sum() / way
+    assert metrics.slip_per_metre == pytest.approx(metrics.slip_distance / distance, rel=5e-3)
+    work = summary.friction_work.sum() / distance
     assert metrics.friction_work_per_metre == pytest.approx(work, rel=5e-3)
-    assert metrics.energy_per_metre == pytest.approx(budget.absolute_energy / way, rel=5e-3)
+    assert metrics.energy_per_metre == pytest.approx(budget.absolute_energy / distance, rel=5e-3)
     weight = 9.81 * SCENE.robot.total_mass
     assert metrics.cost_of_transport == pytest.approx(metrics.energy_per_metre / weight, rel=1e-9)
     assert metrics.cost_of_transport_positive == budget.cost_of_transport_positive
@@ -69,7 +69,7 @@ def test_every_number_has_a_unit_and_a_line(summary: hp.Summary) -> None:
 
 
 def test_what_a_run_does_not_have_is_none(summary: hp.Summary) -> None:
-    """A posture makes no way; a summary of a former release has no friction work."""
+    """A posture does not move; a summary of a former release has no friction work."""
     still = hp.study.WalkMetrics.of(hp.simulate(SCENE, hp.HoldPosture(), duration=0.4).summary)
     assert (
         still.measured_speed
@@ -98,8 +98,8 @@ def test_path_error_of_a_line() -> None:
     tilt = math.radians(3.0)
     aside = s * math.sin(tilt)
     for travel in (0.0, 0.5 * math.pi, -2.0):
-        way = travel + tilt
-        place = edges(1.0 + s * np.cos(way), 2.0 + s * np.sin(way), 0.4 + tilt)
+        angle = travel + tilt
+        place = edges(1.0 + s * np.cos(angle), 2.0 + s * np.sin(angle), 0.4 + tilt)
         along = np.array([math.cos(travel), math.sin(travel)])
         deviation, error = path_error(place, along, first_yaw=0.4, speed=1.0, turn_rate=0.0)
         assert deviation == pytest.approx(math.sqrt(np.mean(aside**2)), rel=1e-12)
@@ -181,11 +181,11 @@ def test_the_interval_of_a_change_covers_the_truth() -> None:
 
     The ratio estimator is exact for large samples; with 8 pairs it falls a little short.
     """
-    rng, truth, hits, draws = np.random.default_rng(4), 0.8, 0, 2000
+    rng, ratio, hits, draws = np.random.default_rng(4), 0.8, 0, 2000
     for _ in range(draws):
         base = rng.normal(10.0, 1.0, 8)
-        mine = truth * base + rng.normal(0.0, 0.5, 8)
-        hits += not relative_change(list(mine), list(base)).differs_from(truth - 1.0)
+        mine = ratio * base + rng.normal(0.0, 0.5, 8)
+        hits += not relative_change(list(mine), list(base)).differs_from(ratio - 1.0)
     assert 0.93 < hits / draws < 0.97
 
 

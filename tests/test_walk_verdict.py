@@ -75,7 +75,7 @@ def test_yaw_of_a_straight_walk_is_an_error_with_its_sign() -> None:
     assert f"yaw off by {math.degrees(-0.3):.2g} deg" in verdict.line
 
 
-def test_a_fall_is_told_with_time_and_manner() -> None:
+def test_a_fall_is_reported_with_time_and_manner() -> None:
     """Tipping at 0.2 rad/s passes 45 degrees at 3.927 s: the next sample is 3.93 s."""
     trace = synthetic_trace(duration=8.0)
     for axis in (0, 1):
@@ -125,7 +125,7 @@ def test_the_worst_joint_at_its_limits_is_named() -> None:
 
 
 def test_a_built_in_walk_walks() -> None:
-    """The way of the torque budget, over the same window; slip of a few percent on rubber."""
+    """The distance of the torque budget, over the same window; slip of a few percent on rubber."""
     robot = hp.load_robot("kharagpur")
     trace = hp.simulate(hp.Scene(robot), hp.KinematicControl(TRIPOD), duration=STEADY)
     verdict, budget = hp.walk_verdict(trace), hp.torque_budget(trace)
@@ -150,7 +150,7 @@ def test_curves_stops_and_turns_on_the_spot_are_judged_by_their_plan() -> None:
 
 
 def test_a_walk_without_a_whole_cycle_is_judged_over_all_of_it() -> None:
-    """1.8 s of 1 s cycles: the ramp of 1.25 s takes half of its way: 0.12 (1.8 - 0.625) m."""
+    """1.8 s of 1 s cycles: the ramp of 1.25 s takes half of its distance: 0.12 (1.8 - 0.625) m."""
     verdict = walk(TRIPOD, 1.8)
     assert verdict.travel.cycles is None and verdict.needs == pytest.approx(3.0)
     assert verdict.travel.planned_distance == pytest.approx(0.12 * (1.8 - 0.625), rel=1e-4)
@@ -161,7 +161,7 @@ def test_a_walk_without_a_whole_cycle_is_judged_over_all_of_it() -> None:
 
 
 def test_commands_are_judged_by_their_own_plan() -> None:
-    """Ahead, then to the left and turning: way and yaw of the commanded body."""
+    """Ahead, then to the left and turning: path and yaw of the commanded body."""
     command = hp.motion.VelocityCommand(
         time=(0.0, 2.0), forward=(0.05, 0.0), lateral=(0.0, 0.04), turn_rate=(0.0, 0.2)
     )
@@ -177,11 +177,11 @@ def test_commands_are_judged_by_their_own_plan() -> None:
 def test_prescribed_walks_and_postures() -> None:
     assert "prescribed motion: no limit acts" in walk(prescribed=True).line
     scene = hp.Scene(hp.load_robot("kharagpur"))
-    held = hp.walk_verdict(hp.simulate(scene, hp.HoldPosture(), duration=0.3))
-    assert held.walks and held.line.startswith("kharagpur stands: ")
+    standing = hp.walk_verdict(hp.simulate(scene, hp.HoldPosture(), duration=0.3))
+    assert standing.walks and standing.line.startswith("kharagpur stands: ")
 
 
-def test_soft_servos_and_ice_are_told_apart() -> None:
+def test_soft_servos_and_ice_are_distinguished() -> None:
     soft = walk(servo=hp.Servo(kp=3.0, kd=0.1))
     assert not soft.walks and "stiffer servos" in soft.advice
     ice = walk(mu=1e-4)
@@ -223,11 +223,11 @@ def test_a_robot_too_weak_ends_with_status_3_and_what_it_needs(
 ) -> None:
     need = max(standing_torque(hp.load_robot("kharagpur")))
     with pytest.raises(SystemExit) as ended:
-        main(["walk", str(weak(tmp_path)), "--cycle-time", "0.5", "--stroke", "0.025",
-              "--duration", "1.5", "--no-html", "--out", str(tmp_path / "w.nc")])  # fmt: skip
-    told = capsys.readouterr()
+        options = "--cycle-time 0.5 --stroke 0.025 --duration 1.5 --accuracy 1e-2 --no-html --out"
+        main(["walk", str(weak(tmp_path)), *options.split(), str(tmp_path / "w.nc")])
+    printed = capsys.readouterr()
     assert ended.value.code == DOES_NOT_WALK == 3
     assert (tmp_path / "w.nc").is_file()
-    assert told.out.index("does not walk:") < told.out.index("Torque budget")
-    assert told.err.startswith("hexapod-pin: ") and told.err.count("\n") == 1
-    assert f"takes {need:.3g} N m at" in told.err and "which has 0.3" in told.err
+    assert printed.out.index("does not walk:") < printed.out.index("Torque budget")
+    assert printed.err.startswith("hexapod-pin: ") and printed.err.count("\n") == 1
+    assert f"takes {need:.3g} N m at" in printed.err and "which has 0.3" in printed.err

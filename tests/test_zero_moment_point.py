@@ -46,7 +46,7 @@ def test_it_is_the_mean_of_contact_points_by_load() -> None:
 
 
 def test_at_rest_it_is_below_the_centre_of_mass() -> None:
-    """A robot that has come to rest, one leg lifted: both ways, without a difference."""
+    """A robot that has come to rest, one leg lifted: both computations, without a difference."""
     robot = hp.load_robot("kharagpur")
     lifted = {"lf_femur_joint": -0.4}
     trace = hp.simulate(hp.Scene(robot), hp.HoldPosture(lifted), duration=3.0, accuracy=1e-8)
@@ -57,7 +57,7 @@ def test_at_rest_it_is_below_the_centre_of_mass() -> None:
         assert abs(point[2]) < 1e-3  # the feet are pressed in
 
 
-def test_both_ways_agree_on_a_walk(walk: hp.Trace) -> None:
+def test_both_computations_agree_on_a_walk(walk: hp.Trace) -> None:
     """Impulses add up exactly in a trace; within 2 ms the lever arms of forces are not constant.
 
     A contact point that goes u in an interval while its force grows from nothing or falls to it

@@ -46,7 +46,7 @@ def _usage_errors() -> Iterator[None]:
 
 
 class _Commands(TyperGroup):
-    """Turns errors into one message, and tells Ctrl-C apart from typer's own silent exit."""
+    """Turns errors into one message, and Ctrl-C differs from typer's own silent exit."""
 
     def make_context(self, *args: Any, **named: Any) -> Any:
         """Read what stands before the command's name."""
@@ -54,7 +54,7 @@ class _Commands(TyperGroup):
             return super().make_context(*args, **named)
 
     def invoke(self, ctx: Any) -> Any:
-        """Run the command that was asked for."""
+        """Run the command requested."""
         begin()
         try:
             with _usage_errors(), outputs_of_command():
@@ -89,8 +89,8 @@ app = typer.Typer(
 )
 
 
-def _version(wanted: bool) -> None:
-    if wanted:
+def _version(requested: bool) -> None:
+    if requested:
         from importlib.metadata import version
 
         echo(f"hexapod-pin {version('hexapod-pin')}")

@@ -58,23 +58,14 @@ def run_and_report(
             from hexapod_pin.view.html import write_html
 
             files(lambda: write_html(trace, html_path))
-        if whole and walk.walks and not quick and _assumes_gains(case):
+        assumed = case.scene.servos.assumed and not case.scene.prescribed
+        if whole and walk.walks and not quick and assumed:
             echo(_stiffness_line(case, trace, threads) + "\n")
     if verdict and whole:
         echo("\n" + verdict_on_peaks(trace, threads).table())
     if not walk.walks:
-        fail(
-            f"{walk.robot_name} does not walk: {walk.reason}. {_sentence(walk.advice)}",
-            DOES_NOT_WALK,
-        )
-
-
-def _sentence(text: str) -> str:
-    return f"{text[:1].upper()}{text[1:]}."
-
-
-def _assumes_gains(case: Case) -> bool:
-    return case.scene.servos.assumed and not case.scene.prescribed
+        advice = f"{walk.advice[:1].upper()}{walk.advice[1:]}"
+        fail(f"{walk.robot_name} does not walk: {walk.reason}. {advice}.", DOES_NOT_WALK)
 
 
 def _stiffness_line(case: Case, trace: Trace, threads: int) -> str:
@@ -108,7 +99,7 @@ def _print_budget(trace: Trace) -> bool:
 
 
 def run_summary(trace: Trace) -> str:
-    """Return one line: how the run was integrated, what it cost, what it says of its own error."""
+    """Return one line: how the run was integrated, what it cost, its own error."""
     numerics, counters = trace.run.numerics, trace.counters
     how = f"accuracy {numerics.accuracy:g}" if numerics.accuracy else f"step {numerics.step:g} s"
     energy = "energy not recorded"
@@ -124,7 +115,7 @@ def run_summary(trace: Trace) -> str:
 
 
 def _error_words(trace: Trace) -> str:
-    """Return what the run says of its own error."""
+    """Return what is known of the run's own error."""
     if not trace.run.numerics.accuracy:
         return ""
     if trace.error is None:
@@ -137,4 +128,4 @@ def _error_words(trace: Trace) -> str:
         return f"{error} ({runs}), "
     until = trace.predictable_until
     from_when = "" if until == float("inf") else f" after t = {until:g} s"
-    return f"{error} ({runs}): NOT the accuracy asked for{from_when}, "
+    return f"{error} ({runs}): NOT the accuracy requested{from_when}, "

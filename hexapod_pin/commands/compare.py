@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Optional
 
 import typer
 
-from hexapod_pin.commands.options import OptionalFloat, OptionalPath
+from hexapod_pin.commands.options import ImportCode, OptionalFloat, OptionalPath, import_code
 from hexapod_pin.commands.output_files import (
     PAGES,
     WrittenFiles,
@@ -33,7 +32,6 @@ from hexapod_pin.errors import DivergenceError, ParameterError, StudyInterrupted
 if TYPE_CHECKING:
     from hexapod_pin.results.comparison import Comparison
     from hexapod_pin.study.compare import PlannedRun
-    from hexapod_pin.study.runs.runner import RunOptions
 
 
 def compare(
@@ -75,7 +73,7 @@ def compare(
     ] = None,
     length: Annotated[
         OptionalFloat,
-        typer.Option(help="Way that the bumps reach [m]; default: as far as the gaits go."),
+        typer.Option(help="Distance that the bumps reach [m]; default: as far as the gaits walk."),
     ] = None,
     flat_radius: Annotated[
         OptionalFloat,
@@ -101,10 +99,7 @@ def compare(
     threads: StudyThreads = None,
     processes: Processes = None,
     scheduler: Scheduler = None,
-    code: Annotated[
-        OptionalPath,
-        typer.Option("--import", help="A Python file that registers controllers of your own."),
-    ] = None,
+    code: ImportCode = None,
 ) -> None:
     """Compare the controllers of cases on the scene of the first, in its settings."""
     from hexapod_pin.commands.compare_cases import (
@@ -115,12 +110,16 @@ def compare(
         shared_runs,
         study_scenes,
     )
-    from hexapod_pin.commands.import_file import import_file
+    from hexapod_pin.commands.progress import progress_bar
+    from hexapod_pin.results.result_files import JSON
+    from hexapod_pin.study.compare import compared
+    from hexapod_pin.study.runs.runner import run_study
 
-    files = ComparisonFiles.checked(html=html, figure=figure, json=json)
+    html = None if html is None else writable("--html", html, PAGES)
+    figure = None if figure is None else writable_figure("--figure", figure)
+    json = None if json is None else writable("--json", json, JSON)
     how = run_options(store, resume, retry_failed, threads, processes, scheduler)
-    if code is not None:
-        import_file("--import", code)
+    import_code(code)
     found = read_cases(cases)
     if controllers is not None:
         found = controlled(found, controllers, own_scenes=own_scenes)
@@ -129,87 +128,24 @@ def compare(
         flat_radius=flat_radius, own_scenes=own_scenes,
     )  # fmt: skip
     planned = own_runs(found) if own_scenes else shared_runs(found, scenes)
-    compare_and_report(planned, files, how, markdown=markdown)
-
-
-# Run a comparison with a progress bar, print it, and leave its files.
-
-
-@dataclass(frozen=True)
-class ComparisonFiles:
-    """What to write besides the printed table; None: nothing.
-
-    Attributes:
-        html: playback of the first variant of the first scene, side by side.
-        figure: bars relative to the baseline.
-        json: all numbers.
-    """
-
-    html: Path | None = None
-    figure: Path | None = None
-    json: Path | None = None
-
-    @classmethod
-    def checked(
-        cls, *, html: Path | None, figure: Path | None, json: Path | None
-    ) -> ComparisonFiles:
-        """Refuse now, rather than after the runs, what cannot be written.
-
-        Raises:
-            TraceFileError, FileConflictError, MissingPackageError: as of `writable`.
-        """
-        from hexapod_pin.results.result_files import JSON
-
-        return cls(
-            None if html is None else writable("--html", html, PAGES),
-            None if figure is None else writable_figure("--figure", figure),
-            None if json is None else writable("--json", json, JSON),
-        )
-
-
-def compare_and_report(
-    planned: Sequence[PlannedRun],
-    files: ComparisonFiles,
-    how: RunOptions,
-    *,
-    markdown: bool = False,
-) -> Comparison:
-    """Run and compare; print tables; write files. After Ctrl-C, what was done is printed and kept.
-
-    Args:
-        planned: from `hexapod_pin.study.compare.plan_runs`, or runs of one's own.
-        files: what to write.
-        how: where and how cases are run.
-        markdown: print Markdown.
-
-    Raises:
-        ParameterError: threads out of range, or a figure of nothing to compare.
-        StudyInterrupted: Ctrl-C.
-    """
-    from hexapod_pin.commands.progress import progress_bar
-    from hexapod_pin.study.compare import compared
-    from hexapod_pin.study.runs.runner import run_study
-
-    if files.figure is not None and len({plan.controller for plan in planned}) < 2:
-        raise ParameterError("--figure", str(files.figure), "given with two cases or more")
+    if figure is not None and len({plan.controller for plan in planned}) < 2:
+        raise ParameterError("--figure", str(figure), "given with two cases or more")
     try:
         with progress_bar(f"{len(planned)} runs") as progress:
-            found = run_study(compared, planned, **with_progress(how, progress))
+            comparison = run_study(compared, planned, **with_progress(how, progress))
     except StudyInterrupted as error:
         if error.result is not None:
             with written_files() as written:
-                _report(error.result, files.json, markdown, written)
+                _report(error.result, json, markdown, written)
         raise
-    figure, html = files.figure, files.html
     with written_files() as written:
-        _report(found, files.json, markdown, written)
+        _report(comparison, json, markdown, written)
         if figure is not None:
             from hexapod_pin.view.study_figures import write_comparison_figure
 
-            written(lambda: write_comparison_figure(found, figure))
+            written(lambda: write_comparison_figure(comparison, figure))
         if html is not None:
-            _play(planned, html, how.get("threads") or 1, written)
-    return found
+            _play(planned, html, threads or 1, written)
 
 
 def _report(found: Comparison, json: Path | None, markdown: bool, written: WrittenFiles) -> None:

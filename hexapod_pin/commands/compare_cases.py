@@ -53,10 +53,10 @@ def controlled(cases: dict[str, Case], names: str, *, own_scenes: bool) -> dict[
     if len(cases) > 1 or own_scenes:
         raise ParameterError("--controllers", names, "given with one case, without --own-scenes")
     walk = first.controller.walk if isinstance(first.controller, FootControl) else first.controller
-    wanted = [name.strip() for name in names.split(",")]
+    chosen = [name.strip() for name in names.split(",")]
     return {
         name: replace(first, controller=controller)
-        for name, controller in named_controls(walk, wanted).items()
+        for name, controller in named_controls(walk, chosen).items()
     }
 
 
@@ -79,8 +79,8 @@ def study_scenes(
     gait = getattr(first.controller, "gait", None)
     if gait is None or gait.lift <= 0.0:
         raise ParameterError("--grounds", grounds, "given with a gait that lifts its feet")
-    way = max(map(planned_way, cases.values()))
-    known = study_grounds(gait.lift, seed=0, length=way)
+    distance = max(map(planned_way, cases.values()))
+    known = study_grounds(gait.lift, seed=0, length=distance)
     found = {}
     for name in (part.strip() for part in grounds.split(",")):
         if name not in known:
@@ -124,16 +124,16 @@ def bumpy(
     if seeds is not None and not 1 <= seeds <= MOST_SEEDS:
         raise ParameterError("--seeds", seeds, f"from 1 to {MOST_SEEDS}")
     spacing = DEFAULT_WAVELENGTH if wavelength is None else wavelength
-    way = max(map(planned_way, cases.values())) if length is None else length
-    if not 0.0 < way <= FARTHEST_M:
-        raise ParameterError("--length", way, f"positive and at most {FARTHEST_M:g} m")
+    distance = max(map(planned_way, cases.values())) if length is None else length
+    if not 0.0 < distance <= FARTHEST_M:
+        raise ParameterError("--length", distance, f"positive and at most {FARTHEST_M:g} m")
     numbers = range(DEFAULT_SEEDS if seeds is None else seeds)
     drawn = random_bumps(
         first.scene,
         numbers,
         amplitude=amplitude,
         wavelength=spacing,
-        length=way,
+        length=distance,
         flat_radius=flat_radius or 0.0,
     )
     return {f"bumps of {amplitude:g} m, {spacing:g} m apart": drawn}

@@ -1,4 +1,4 @@
-"""The job of `hexapod-pin contact`: laws by name, and their numbers in words."""
+"""The job of `hexapod-pin contact`: laws by name, and their numbers as text."""
 
 from __future__ import annotations
 
@@ -49,12 +49,12 @@ def examples() -> dict[str, NormalLaw | FrictionLaw]:
     return {str(law.model_dump()["kind"]): law for law in laws}
 
 
-def named_law(name: str, words: Sequence[str] = ()) -> Law:
+def named_law(name: str, settings: Sequence[str] = ()) -> Law:
     """Return a preset, or a law of a kind with the given parameters.
 
     Args:
         name: a preset or a kind, such as "s1" or "kelvin-voigt".
-        words: "parameter=value", SI; the rest is taken from `examples`.
+        settings: "parameter=value", SI; the rest is taken from `examples`.
 
     Raises:
         UnknownNameError: there is no such preset or kind.
@@ -63,10 +63,10 @@ def named_law(name: str, words: Sequence[str] = ()) -> Law:
     known = examples()
     if name not in known and name not in PRESETS:
         raise UnknownNameError("contact law or preset", name, [*PRESETS, *known])
-    given = dict(_split(word) for word in words)
+    given = dict(map(_split, settings))
     if name in PRESETS:
         if given:
-            raise ParameterError(name, " ".join(words), "named alone: a preset has its numbers")
+            raise ParameterError(name, " ".join(settings), "named alone: a preset has its numbers")
         return Contact.preset(name)
     law = known[name]
     names = type(law).model_fields  # a model of restitution is a name, all others are numbers
@@ -134,7 +134,7 @@ def _normal_report(law: NormalLaw, mass: float, speed: float) -> str:
     lines = [str(law), title, *indented(labelled(numbers))]
     if isinstance(law, Restitution):
         lines.append(
-            f"asked for {law.restitution:g}; eta {law.eta:.4g} delivers {law.delivered:.4f} "
+            f"requested {law.restitution:g}; eta {law.eta:.4g} delivers {law.delivered:.4f} "
             f"at any mass and any speed above {law.speed_floor:g} m/s"
         )
     found = [bounce(law, mass=mass, speed=v).restitution for v in APPROACH_SPEEDS_M_S]

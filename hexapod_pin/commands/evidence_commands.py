@@ -48,7 +48,7 @@ def bench(
     ] = None,
     advise: Annotated[
         OptionalFloat,
-        typer.Option(help="Only say how to reach this accuracy at least cost [m, rad]."),
+        typer.Option(help="Only advise how to reach this accuracy at least cost [m, rad]."),
     ] = None,
     engines: Annotated[
         bool,
@@ -162,7 +162,7 @@ def _measure(
         raise SimulationInterrupted("interrupted; what was measured before is above", None)
     missed = [f"{scene.task.name}: {row_name(row)}" for scene in done for row in scene.missed]
     if missed:
-        fail(f"{len(missed)} rows missed the accuracy they asked for: {'; '.join(missed)}", MISSED)
+        fail(f"{len(missed)} rows missed the accuracy requested: {'; '.join(missed)}", MISSED)
 
 
 def _one(task: Task, settings: ComparisonSettings, accuracy: float | None) -> Comparison:
@@ -209,8 +209,8 @@ def _hard(quick: bool, out: Path | None) -> None:
         write_atomically(out, suite_page(machine, parts))
         echo(f"wrote {out}")
     if stopped is not None:
-        told = f"interrupted; {len(parts)} of the suite's parts were begun and are above"
-        raise SimulationInterrupted(told, None) from stopped
+        text = f"interrupted; {len(parts)} of the suite's parts were begun and are above"
+        raise SimulationInterrupted(text, None) from stopped
     if any(part.failed for part in parts):
         missed = "; ".join(f"{one.table.title}: {one.summary}" for one in parts if one.failed)
         fail(f"rows of the tables missed. {missed}", MISSED)
@@ -247,11 +247,11 @@ def verify(
             results = run_checks(names=names, everything=everything, progress=progress)
     except SimulationInterrupted as error:
         results, stopped = list(error.results or ()), error
-    table, told = result_table(results), summary(results)
-    told += "" if stopped is None else f"\n{stopped}"
-    echo(f"{table.text()}\n{told}")
+    table, text = result_table(results), summary(results)
+    text += "" if stopped is None else f"\n{stopped}"
+    echo(f"{table.text()}\n{text}")
     if path is not None:
-        write_atomically(path, f"{table.markdown()}\n{told}\n")
+        write_atomically(path, f"{table.markdown()}\n{text}\n")
         echo(f"wrote {path}")
     if stopped is not None:
         raise stopped

@@ -80,6 +80,22 @@ FootRadius = Annotated[
     typer.Option(help="Radius of all foot spheres [m]; default: the URDF's own."),
 ]
 
+ImportCode = Annotated[
+    OptionalPath,
+    typer.Option(
+        "--import",
+        help="A Python file that registers controllers of your own (workers do not read it).",
+    ),
+]
+
+
+def import_code(path: Path | None) -> None:
+    """Import the file of `--import`, if any; raises as `import_file`."""
+    if path is not None:
+        from hexapod_pin.commands.import_file import import_file
+
+        import_file("--import", path)
+
 
 def given(**fields: float | None) -> dict[str, float]:
     """Return the fields that are not None."""
@@ -128,7 +144,7 @@ CatalogFile = Annotated[
 def chosen_motor(
     name: str | None, voltage: float | None, catalog: Path | None
 ) -> tuple[Motor | None, list[str]]:
-    """Return the motor of all joints that was asked for, and what to print of it.
+    """Return the motor chosen for all joints, and what to print of it.
 
     Raises:
         ParameterError: a voltage or a file without a motor, or a voltage it is not made for.
@@ -194,7 +210,7 @@ def _number(text: str | None, option: str, field: str) -> float | None:
     return value
 
 
-# Options that say how a robot's file is read: the same for every command that loads one.
+# Options for how a robot's file is read: the same for every command that loads one.
 #
 # typer reads these annotations at run time.
 
@@ -242,17 +258,17 @@ def load_options(
     """Return what was given as options of `load_robot`.
 
     Raises:
-        ParameterError: a text that does not have the form its option wants, or a number or motor
+        ParameterError: a str that does not have the form its option needs, or a number or motor
             that only --repair takes.
     """
     from hexapod_pin.robot.loading.load_options import LoadOptions
 
     numbers |= {"effort": torque_limit(effort), "velocity": speed_limit(velocity)}
     repairs = ("mass", "density", "effort", "velocity")
-    wanted = [name for name in repairs if numbers.get(name) is not None]
-    if wanted and not numbers.get("repair"):
+    given = [name for name in repairs if numbers.get(name) is not None]
+    if given and not numbers.get("repair"):
         allowed = "left out without --repair"
-        raise ParameterError(f"--{wanted[0]}", numbers[wanted[0]], allowed)
+        raise ParameterError(f"--{given[0]}", numbers[given[0]], allowed)
     found: dict[str, Any] = {
         "feet": foot_names(feet),
         "legs": None if legs is None else leg_joints(legs),
@@ -308,7 +324,7 @@ def leg_joints(text: str) -> dict[str, list[str]]:
     return found
 
 
-# Errors in the words of the command that met them: its options instead of Python's arguments.
+# Errors in terms of the command that met them: its options instead of Python's arguments.
 #
 # Errors of this package spell an argument as `name=value`, or name it in `ParameterError.name` and
 # `GaitError.quantity`. Where the command has an option for it, its name takes the place.
@@ -356,7 +372,7 @@ def option_names(command: Any) -> dict[str, str]:
 
 
 def spelt_in_options(text: str, options: Mapping[str, str]) -> str:
-    """Return a text with a command's options in the place of `name=value`."""
+    """Return text with a command's options in the place of `name=value`."""
     return ARGUMENT.sub(lambda found: _spelt(found, options), text)
 
 
@@ -368,7 +384,7 @@ def _option(name: str, options: Mapping[str, str]) -> str | None:
 
 
 def _gait_text(text: str, quantity: str, options: Mapping[str, str]) -> str:
-    """Name the option in what a refused gait says of its limit, in the option's unit."""
+    """Name the option in the limit of a refused gait, in the option's unit."""
     option = _option(quantity, options)
     if option is None:
         return text

@@ -100,7 +100,7 @@ def require_room(least: Mapping[Path, float]) -> None:
     for path, size in least.items():
         try:
             device, free = path.parent.stat().st_dev, shutil.disk_usage(path.parent).free
-        except OSError:  # the write itself will say what is wrong
+        except OSError:  # the write itself reports what is wrong
             continue
         needed[device] = needed.get(device, 0.0) + size
         if free < needed[device]:
@@ -144,7 +144,7 @@ class WrittenFiles:
 
 @contextmanager
 def written_files() -> Iterator[WrittenFiles]:
-    """Give what writes files; at its end, say which were refused.
+    """Give what writes files; at its end, report which were refused.
 
     Raises:
         TraceFileError: at the end, of all files that could not be written.

@@ -68,7 +68,7 @@ def forgiving(stream: TextIO) -> TextIO:
 
 
 def run_process(argv: Sequence[str] | None = None) -> NoReturn:
-    """Run a command and exit; its status tells of a signal, whatever the signal cut short."""
+    """Run a command and exit; its status reports a signal, whatever the signal cut short."""
     sys.stdout, sys.stderr = forgiving(sys.stdout), forgiving(sys.stderr)
     try:
         _run(argv)

@@ -23,7 +23,7 @@ class ProgressBar:
         self._show = self.stage(title)
 
     def __call__(self, fraction: float) -> None:
-        """Show how much is finished; stop here where a signal asks for it."""
+        """Show how much is finished; stop here where a signal requests it."""
         self._show(fraction)
 
     def stage(self, title: str) -> Callable[[float], None]:
@@ -40,7 +40,7 @@ class TimeLeftBar:
     """Shows a finished fraction and the time left; a sweep that goes on begins above 0."""
 
     def __init__(self, bar: Progress, title: str) -> None:
-        """Begin where the first call says."""
+        """Begin at the fraction of the first call."""
         self._bar, self._title = bar, title
         self._task: TaskID | None = None
         self._first, self._last = 0.0, 0.0

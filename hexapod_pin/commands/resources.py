@@ -93,7 +93,7 @@ def _unmapped(error: BaseException) -> bool:
     """Tell whether a library could not be loaded for want of memory."""
     text = str(error).lower()
     refusals = ("failed to map segment", "cannot allocate memory", "cannot create shared object")
-    return isinstance(error, ImportError) and any(words in text for words in refusals)
+    return isinstance(error, ImportError) and any(part in text for part in refusals)
 
 
 def _limit_text() -> str:
@@ -133,8 +133,8 @@ def _require_threads() -> None:
 
 def _workers() -> int:
     """Return how many threads linear algebra has besides the one that calls it."""
-    wanted = os.environ.get("OPENBLAS_NUM_THREADS") or os.environ.get("OMP_NUM_THREADS") or ""
-    known = int(wanted) if wanted.isdecimal() and int(wanted) else MOST_THREADS
+    threads = os.environ.get("OPENBLAS_NUM_THREADS") or os.environ.get("OMP_NUM_THREADS") or ""
+    known = int(threads) if threads.isdecimal() and int(threads) else MOST_THREADS
     cores = len(os.sched_getaffinity(0)) if sys.platform == "linux" else os.cpu_count() or 1
     return min(known, cores, MOST_THREADS) - 1
 
@@ -142,7 +142,7 @@ def _workers() -> int:
 def _require_room() -> None:
     """Where memory is limited, load the libraries in a process of their own, to see if they can be.
 
-    Where they cannot, some of them end the process that loads them, and others (OpenBLAS) ask for
+    Where they cannot, some of them end the process that loads them, and others (OpenBLAS) request
     memory again and again, for ever.
 
     Raises:
@@ -165,7 +165,7 @@ def _require_room() -> None:
 def _load_linear_algebra() -> None:
     """Load the copies of OpenBLAS that NumPy and SciPy bring, each in the time that it takes.
 
-    One that asks for memory for ever lets no Python run: SIGPROF ends this process then.
+    One that requests memory for ever lets no Python run: SIGPROF ends this process then.
     """
     import ctypes
 

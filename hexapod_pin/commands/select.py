@@ -1,4 +1,4 @@
-"""The command `select` says which motors can drive a robot, and writes the report."""
+"""The command `select` finds motors that can drive a robot, and writes the report."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Options of every command that runs a study: where its rows are kept, and what runs its cases."""
+"""Options of every command that runs a study: the store of its rows, and what runs its cases."""
 
 from __future__ import annotations
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hexapod_pin.commands.options import OptionalPath
+from hexapod_pin.commands.options import ImportCode, OptionalPath, import_code
 from hexapod_pin.commands.output_files import writable, writable_figure, written_files
 from hexapod_pin.commands.progress import time_left_bar
 from hexapod_pin.commands.study_options import (
@@ -23,7 +22,6 @@ from hexapod_pin.commands.terminal import echo
 
 if TYPE_CHECKING:
     from hexapod_pin.study.runs import SweepResult
-    from hexapod_pin.study.sweep import SweepStudy
 
 
 def sweep(
@@ -42,81 +40,28 @@ def sweep(
     processes: Processes = None,
     scheduler: Scheduler = None,
     chunk: Annotated[int, typer.Option(help="Cases that a worker is given at a time.")] = 4,
-    code: Annotated[
-        OptionalPath,
-        typer.Option(
-            "--import",
-            help="A Python file that registers controllers of your own (workers do not read it).",
-        ),
-    ] = None,
+    code: ImportCode = None,
 ) -> None:
-    """Run all cases of a study; what is finished is kept whatever happens."""
-    from hexapod_pin.commands.import_file import import_file
+    """Run all cases of a study; what is finished is stored whatever happens."""
+    from hexapod_pin.study.runs import run_sweep
+    from hexapod_pin.study.runs.sweep_result import ENDINGS
     from hexapod_pin.study.sweep import load_sweep
 
-    files = SweepFiles.checked(study, store=store, out=out, plot=plot)
-    if code is not None:
-        import_file("--import", code)
-    run_and_report(
-        load_sweep(study), files, threads=threads, processes=processes, scheduler=scheduler,
-        chunk=chunk, resume=resume, retry_failed=retry_failed,
-    )  # fmt: skip
-
-
-# A sweep on the command line: its files, its progress, and what it comes to in a few lines.
-
-SHOWN = 3
-"""Failed cases whose reasons are printed."""
-
-
-@dataclass(frozen=True)
-class SweepFiles:
-    """What a sweep writes.
-
-    Attributes:
-        store: keeps the cases.
-        out: the dataset; None: none.
-        plot: the figure; None: none.
-    """
-
-    store: Path
-    out: Path | None
-    plot: Path | None
-
-    @classmethod
-    def checked(
-        cls, study: Path, *, store: Path | None, out: Path | None, plot: Path | None
-    ) -> SweepFiles:
-        """Return the files, refused now rather than after the sweep.
-
-        Raises:
-            TraceFileError, FileConflictError, MissingPackageError: as of `writable`.
-        """
-        from hexapod_pin.study.runs.sweep_result import ENDINGS
-
-        return cls(
-            writable("--store", Path(f"{study.stem}.db") if store is None else store),
-            None if out is None else writable("--out", out, ENDINGS),
-            None if plot is None else writable_figure("--plot", plot),
-        )
-
-
-def run_and_report(study: SweepStudy, files: SweepFiles, **how: Any) -> None:
-    """Run a study with its progress on stderr, write its files and print what it came to.
-
-    Raises:
-        StudyInterrupted, StoreFullError, ...: as of `run_sweep`.
-    """
-    from hexapod_pin.study.runs import run_sweep
-
-    echo(f"{study.name}: {len(study)} cases, study {study.digest}")
-    for item in study.inputs:
+    store = writable("--store", Path(f"{study.stem}.db") if store is None else store)
+    out = None if out is None else writable("--out", out, ENDINGS)
+    plot = None if plot is None else writable_figure("--plot", plot)
+    import_code(code)
+    found = load_sweep(study)
+    echo(f"{found.name}: {len(found)} cases, study {found.digest}")
+    for item in found.inputs:
         echo(f"  {item.name}{f' [{item.unit}]' if item.unit else ''}: {item.text}")
     begin = time.perf_counter()
     with time_left_bar("sweeping") as bar:
-        result = run_sweep(study, files.store, progress=bar, **how)
+        result = run_sweep(
+            found, store, threads=threads, processes=processes, scheduler=scheduler, chunk=chunk,
+            resume=resume, retry_failed=retry_failed, progress=bar,
+        )  # fmt: skip
     _print(result, time.perf_counter() - begin, bar.moved * len(result))
-    out, plot = files.out, files.plot
     with written_files() as written:
         if out is not None:
             written(lambda: result.save(out))
@@ -124,6 +69,10 @@ def run_and_report(study: SweepStudy, files: SweepFiles, **how: Any) -> None:
             from hexapod_pin.view.study_figures import write_sweep_figure
 
             written(lambda: write_sweep_figure(result, plot))
+
+
+SHOWN = 3
+"""Failed cases whose reasons are printed."""
 
 
 def _print(result: SweepResult, taken: float, run_now: float) -> None:

@@ -12,7 +12,7 @@ from hexapod_pin.stop_signals import end, received
 
 
 def echo(text: str = "", *, err: bool = False) -> None:
-    """Print a text and a newline; characters that a terminal would act on become visible escapes.
+    """Print text and a newline; characters that a terminal would act on become visible escapes.
 
     Args:
         text: what to print.
@@ -35,12 +35,12 @@ INTERRUPTED = 130
 
 INTERRUPTED_TEXT = "interrupted; what was written before is whole"
 
-DONE_TEXT = "asked to stop at its end; what it was to do is done"
+DONE_TEXT = "stop requested at the end of the command; its work is done"
 """Of a signal that came too late, or that a command took for its regular end."""
 
 
 def interrupted_status() -> int:
-    """Return 128 + n for the signal n that asked to stop."""
+    """Return 128 + n for the signal n that requested a stop."""
     number = received()
     return INTERRUPTED if number is None else 128 + number
 

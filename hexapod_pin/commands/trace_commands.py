@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hexapod_pin.commands.options import (
+    ImportCode,
     OptionalFloat,
     OptionalPath,
     OptionalText,
     Threads,
     TracePath,
     Verdict,
+    import_code,
 )
 from hexapod_pin.commands.terminal import echo
 
@@ -35,30 +37,23 @@ def budget(
         OptionalPath, typer.Option(help="Rank those of your own catalogue (CSV).")
     ] = None,
     motor: Annotated[
-        OptionalText, typer.Option(help="Hold one motor against it: all joints, battery, heat.")
+        OptionalText, typer.Option(help="Compare one motor with it: all joints, battery, heat.")
     ] = None,
     voltage: Annotated[
         OptionalFloat, typer.Option(help="Of the battery [V]: only rows of that voltage.")
     ] = None,
-    code: Annotated[
-        OptionalPath,
-        typer.Option(
-            "--import", help="A Python file that registers the trace's own controller (--verdict)."
-        ),
-    ] = None,
+    code: ImportCode = None,
 ) -> None:
     """Print the torque budget of a trace."""
     from hexapod_pin.commands.case_report import verdict_on_peaks
-    from hexapod_pin.commands.import_file import import_file
     from hexapod_pin.results.trace_file import load_trace
 
-    if code is not None:
-        import_file("--import", code)
-    kept = load_trace(trace)
-    wanted = catalog or catalog_file is not None or motor is not None or voltage is not None
-    motors = motors_of(kept, catalog_file, motor, voltage) if wanted else None
-    judged = verdict_on_peaks(kept, threads) if verdict else None
-    print_budget(kept, judged, motors, json)
+    import_code(code)
+    run = load_trace(trace)
+    compared = catalog or catalog_file is not None or motor is not None or voltage is not None
+    motors = motors_of(run, catalog_file, motor, voltage) if compared else None
+    judged = verdict_on_peaks(run, threads) if verdict else None
+    print_budget(run, judged, motors, json)
 
 
 # What `hexapod-pin budget` prints.
@@ -67,7 +62,7 @@ def budget(
 def motors_of(
     trace: Trace, file: Path | None, motor: str | None, voltage: float | None
 ) -> MotorRanking | MotorBudget:
-    """Return one motor held against a run, or all of a catalogue.
+    """Return one motor compared with a run, or all of a catalogue.
 
     Raises:
         CatalogError: the file is not usable.

@@ -1,4 +1,4 @@
-"""The commands `check` and `repair` say whether a URDF can be used, and repair it."""
+"""The commands `check` and `repair` check whether a URDF can be used, and repair it."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def check(
         echo("note: it can stand, but not walk: it has no legs to walk with")
 
 
-# `hexapod-pin repair`: write a URDF that can be used, and say what was changed and assumed.
+# `hexapod-pin repair`: write a URDF that can be used, and report what was changed and assumed.
 
 Mass = Annotated[OptionalFloat, typer.Option(help="Total mass of the robot [kg].")]
 Density = Annotated[

@@ -17,6 +17,7 @@ from hexapod_pin.commands.options import (
     Force,
     Forward,
     Hold,
+    ImportCode,
     Legs,
     Mass,
     MotorName,
@@ -39,6 +40,7 @@ from hexapod_pin.commands.options import (
     chosen_motor,
     comma_list,
     given,
+    import_code,
     load_options,
 )
 from hexapod_pin.commands.terminal import echo
@@ -96,7 +98,7 @@ def walk(
     ] = "accurate",
     mu: Annotated[
         OptionalFloat,
-        typer.Option(help="Friction coefficient (s2: the static one, ratio kept)."),
+        typer.Option(help="Friction coefficient (s2: the static one, at the same ratio)."),
     ] = None,
     kp: Annotated[
         OptionalFloat,
@@ -118,11 +120,11 @@ def walk(
     ] = False,
     accuracy: Annotated[
         OptionalFloat,
-        typer.Option(help="Error in positions to keep [m and rad]; default 1e-4."),
+        typer.Option(help="Largest error in positions [m and rad]; default 1e-4."),
     ] = None,
     torque_accuracy: Annotated[
         OptionalText,
-        typer.Option(help='Error in torques to keep instead [N m], or a share such as "1 %".'),
+        typer.Option(help='Largest error in torques instead [N m], or a share such as "1 %".'),
     ] = None,
     no_estimate: Annotated[
         bool,
@@ -270,22 +272,17 @@ def run(
     quick: Quick = False,
     force: Force = False,
     threads: Threads = 1,
-    code: Annotated[
-        OptionalPath,
-        typer.Option("--import", help="A Python file that registers the case's own controller."),
-    ] = None,
+    code: ImportCode = None,
 ) -> None:
     """Run a case from its file; print its torque table; leave a trace and a playback."""
     from hexapod_pin.commands.case_report import run_and_report
-    from hexapod_pin.commands.import_file import import_file
     from hexapod_pin.commands.output_files import PAGES, writable, writable_trace
     from hexapod_pin.simulation.case import load_case
     from hexapod_pin.simulation.run_settings import chosen_limits
 
     trace_path = writable_trace("--out", out)
     html_path = None if no_html else writable("--html", html, PAGES)
-    if code is not None:
-        import_file("--import", code)
+    import_code(code)
     found = load_case(case).with_defaults(limits=chosen_limits(None, force))
     settings = found.settings
     robot = found.scene.robot

@@ -44,7 +44,7 @@ class Checkpoint(Immutable):
         command: the command that acts: its time and arrival [s], angles from and to [rad], rates
             until and after [rad/s], torque [N m], a row each; empty where set-points are planned.
         impulse: of each contact since the last sample, world axes [N s]. Shape (C, 3).
-        loop: what the control loop remembers: ticks, measurements under way, the controller's
+        loop: the state of the control loop: ticks, measurements under way, the controller's
             state; None where nothing is controlled.
     """
 
@@ -88,7 +88,7 @@ class Checkpoint(Immutable):
             object.__setattr__(self, name, array)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the JSON-able form; every digit is kept."""
+        """Return the JSON-able form; every digit is written."""
         plain: dict[str, Any] = {"time": self.time, "controller": list(self.controller)}
         plain |= {name: getattr(self, name).tolist() for name in ("q", "v", "contacts")}
         for name in ("command", "impulse"):
@@ -146,7 +146,7 @@ KINDS = tuple(np.dtype(kind).str for kind in ("f8", "f4", "f2", "i8", "i4", "i2"
 
 
 def to_plain(value: Any, where: str = "state") -> Any:
-    """Return `value` as JSON-able data; every digit is kept.
+    """Return `value` as JSON-able data; every digit is written.
 
     Raises:
         StateError: it holds something else; names where.
@@ -156,7 +156,7 @@ def to_plain(value: Any, where: str = "state") -> Any:
     if isinstance(value, np.ndarray | np.generic):
         array = np.asarray(value)
         if array.dtype.kind not in "fiub":
-            raise StateError(f"{where}: an array of {array.dtype} cannot be kept in a checkpoint.")
+            raise StateError(f"{where}: an array of {array.dtype} cannot be in a checkpoint.")
         return {ARRAY: array.dtype.str, "shape": list(array.shape), "data": array.ravel().tolist()}
     if isinstance(value, Mapping):
         return {str(key): to_plain(item, f"{where}.{key}") for key, item in value.items()}
@@ -164,7 +164,7 @@ def to_plain(value: Any, where: str = "state") -> Any:
         items = [to_plain(item, f"{where}[{k}]") for k, item in enumerate(value)]
         return items if isinstance(value, list) else {TUPLE: items}
     raise StateError(
-        f"{where}: {type(value).__name__} cannot be kept in a checkpoint; a controller's state is "
+        f"{where}: {type(value).__name__} cannot be in a checkpoint; a controller's state is "
         "made of numbers, arrays, mappings, lists and tuples."
     )
 
@@ -210,7 +210,7 @@ def _array(value: Mapping[str, Any], where: str) -> np.ndarray[Any, Any]:
     if not isinstance(shape, list) or not all(type(n) is int and n >= 0 for n in shape):
         raise StateError(f"{where}.shape = {shape!r}: must be whole numbers.")
     if not isinstance(data, list) or math.prod(shape) != len(data):
-        raise StateError(f"{where}: must have as much data as its shape says.")
+        raise StateError(f"{where}: must have as much data as its shape requires.")
     if not all(isinstance(item, int | float) for item in data):
         raise StateError(f"{where}.data: must be numbers.")
     try:

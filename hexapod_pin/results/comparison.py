@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 
 from hexapod_pin.atomic_file import write_atomically
-from hexapod_pin.errors import DivergenceError, HexapodError, ParameterError, UnknownNameError
+from hexapod_pin.errors import DivergenceError, HexapodError, ParameterError
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.result_files import JSON, check_ending
+from hexapod_pin.results.schema import require_known
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.walk_metrics import (
     CONFIDENCE,
@@ -119,8 +120,8 @@ def _walked(comparison: Comparison, scene: str, controller: str) -> str:
     runs = comparison.of(scene, controller)
     good = sum(run.outcome is Outcome.WALKED for run in runs)
     others = dict.fromkeys(r.outcome.value for r in runs if r.outcome is not Outcome.WALKED)
-    said = f": {', '.join(others)}" if others else ""
-    return f"{good} of {len(runs)}{said}"
+    rest = f": {', '.join(others)}" if others else ""
+    return f"{good} of {len(runs)}{rest}"
 
 
 def _variants(comparison: Comparison, scene: str) -> int:
@@ -214,7 +215,7 @@ class ComparedRun:
 
 
 def fall_of(summary: Summary) -> str:
-    """Return when and how a robot fell, in words; empty where it did not."""
+    """Return when and how a robot fell; empty where it did not."""
     for event in summary.events:
         if event.kind == "trunk-contact":
             return f"the trunk touched the ground with {event.what} at {event.time:.4g} s"
@@ -247,7 +248,7 @@ class Comparison(Immutable):
 
     Attributes:
         runs: of each scene and variant, one run per controller.
-        settings: how they were run, in words, one line each.
+        settings: how they were run, one line each.
         assumed: statements of what is assumed rather than taken from a source.
     """
 
@@ -290,12 +291,8 @@ class Comparison(Immutable):
         Raises:
             UnknownNameError: there is no such scene or controller.
         """
-        for kind, name, known in (
-            ("scene", scene, self.scenes),
-            ("controller", controller, self.controllers),
-        ):
-            if name not in known:
-                raise UnknownNameError(kind, name, list(known))
+        require_known("scene", scene, self.scenes)
+        require_known("controller", controller, self.controllers)
         return tuple(r for r in self.runs if r.scene == scene and r.controller == controller)
 
     def mean(self, scene: str, controller: str, metric: str) -> Estimate | None:
@@ -393,6 +390,5 @@ def _number(run: ComparedRun, metric: str) -> float | None:
     Raises:
         UnknownNameError: there is no such metric.
     """
-    if metric not in METRICS:
-        raise UnknownNameError("metric", metric, list(METRICS))
+    require_known("metric", metric, METRICS)
     return None if run.metrics is None else getattr(run.metrics, metric)

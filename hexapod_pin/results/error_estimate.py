@@ -51,10 +51,10 @@ class ErrorEstimate(Immutable):
             ParameterError: the arrays differ in length.
         """
         for name, array in self.arrays.items():
-            kept = read_only(array)
-            if kept.shape != np.shape(self.place):
-                raise ParameterError(f"ErrorEstimate.{name}", kept.shape, "as long as `place`")
-            object.__setattr__(self, name, kept)
+            stored = read_only(array)
+            if stored.shape != np.shape(self.place):
+                raise ParameterError(f"ErrorEstimate.{name}", stored.shape, "as long as `place`")
+            object.__setattr__(self, name, stored)
 
     @property
     def arrays(self) -> dict[str, Array]:
@@ -100,9 +100,9 @@ class ErrorEstimate(Immutable):
         return cls(**{k: error_fraction * np.maximum.accumulate(d) for k, d in differences.items()})
 
 
-def angle_between(found: Array, wanted: Array) -> Array:
+def angle_between(found: Array, expected: Array) -> Array:
     """Return the angle between attitudes, quaternions x y z w (T, 4). Shape (T,) [rad]."""
-    a, b = (q / np.linalg.norm(q, axis=1, keepdims=True) for q in (found, wanted))
+    a, b = (q / np.linalg.norm(q, axis=1, keepdims=True) for q in (found, expected))
     vector = b[:, 3:] * a[:, :3] - a[:, 3:] * b[:, :3] - np.cross(b[:, :3], a[:, :3])
     scalar = np.einsum("ti,ti->t", a, b)
     angle: Array = 2.0 * np.arctan2(np.linalg.norm(vector, axis=1), np.abs(scalar))

@@ -10,10 +10,9 @@ import numpy as np
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array
-from hexapod_pin.errors import UnknownNameError
 from hexapod_pin.results.grid_columns import GridResult
 from hexapod_pin.results.result_files import read_netcdf
-from hexapod_pin.results.schema import quantity, schema
+from hexapod_pin.results.schema import quantity, require_known, schema
 from hexapod_pin.text_table import Table
 
 GRID = ("scene", "gait", "speed")
@@ -62,8 +61,8 @@ class DutyTest(NamedTuple):
 class GaitEnergy(GridResult):
     """Costs of G gaits at V speeds on M scenes, at equal speed and step height; SI units.
 
-    Energies are mechanical, at the joints, over whole cycles, unless said otherwise. A point that
-    could not be walked is NaN, and `reason` says why. Two are equal when every bit is.
+    Energies are mechanical, at the joints, over whole cycles, unless stated otherwise. A point that
+    could not be walked is NaN, and `reason` has the cause. Two are equal when every bit is.
 
     The copper loss is gamma of `physics`: R / (k N)^2 for a motor of resistance R and torque
     constant k behind a gear N. The torque index is Li's ([S2]'s reference 13), which weighs joints
@@ -119,11 +118,8 @@ class GaitEnergy(GridResult):
         """
         name = self.scenes[0] if scene is None else scene
         points = [key for key, one in schema(GaitEnergy).items() if one.axes == GRID]
-        for kind, wanted, known in (
-            ("scene", name, list(self.scenes)), ("quantity", quantity, points),
-        ):  # fmt: skip
-            if wanted not in known:
-                raise UnknownNameError(kind, wanted, known)
+        require_known("scene", name, self.scenes)
+        require_known("quantity", quantity, points)
         values: Array = getattr(self, quantity)[self.scenes.index(name)]
         return values
 
@@ -153,8 +149,7 @@ class GaitEnergy(GridResult):
         Raises:
             UnknownNameError: there is no such cost or scene.
         """
-        if cost not in COSTS:
-            raise UnknownNameError("cost", cost, list(COSTS))
+        require_known("cost", cost, COSTS)
         rows, tie = [], self.tie(cost, scene)
         for speed, column in zip(self.speed, self.of(cost, scene).T, strict=True):
             known = [int(k) for k in np.argsort(column) if np.isfinite(column[k])]

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from pydantic import Field
 
 from hexapod_pin.arrays import Array, read_only, same_bits
-from hexapod_pin.errors import ParameterError, TraceFileError, UnknownNameError
+from hexapod_pin.errors import ParameterError, TraceFileError
 from hexapod_pin.file_schema import (
     ArrayRule,
     Name,
@@ -27,9 +27,9 @@ from hexapod_pin.file_schema import (
     check_names,
     json_object,
 )
-from hexapod_pin.results.result_files import Column, Group, write_netcdf
+from hexapod_pin.results.result_files import Column, Group, require_schema, write_netcdf
 from hexapod_pin.results.run_record import Facts
-from hexapod_pin.results.schema import Record, schema
+from hexapod_pin.results.schema import Record, require_known, schema
 from hexapod_pin.results.trace_layout import described
 
 if TYPE_CHECKING:
@@ -74,7 +74,7 @@ class AccuracyCheck:
     """Some points of a sweep, run again at a tighter accuracy.
 
     Attributes:
-        accuracy: that the repeated runs were asked for [m and rad].
+        accuracy: requested of the repeated runs [m and rad].
         points: their places on the grid, K points with an index per axis. Shape (K, D).
         quantities: Q names.
         change: largest change of each quantity over joints or feet, over its largest value there
@@ -114,8 +114,7 @@ class AccuracyCheck:
         Raises:
             UnknownNameError: that quantity was not compared.
         """
-        if quantity not in self.quantities:
-            raise UnknownNameError("quantity", quantity, list(self.quantities))
+        require_known("quantity", quantity, self.quantities)
         change = self.change[:, self.quantities.index(quantity)]
         if first is not None:
             change = change[self.points[:, 0] == first]
@@ -303,20 +302,6 @@ def _check_repeated(arrays: Mapping[str, npt.NDArray[Any]], shape: tuple[int, ..
         "check_change": ArrayRule(("check", "check_quantity"), least=0.0, nan=True),
     }
     check_arrays(arrays, rules, {"check": len(points), "check_quantity": count})
-
-
-def require_schema(where: str, attributes: Mapping[str, Any], schema: tuple[str, int]) -> None:
-    """Refuse a group of another kind, or of a later release.
-
-    Raises:
-        TraceFileError: says which.
-    """
-    found = attributes.get("schema")
-    if not isinstance(found, str) or found != schema[0]:
-        raise TraceFileError(f"{where}: schema {found!r} instead of {schema[0]!r}.")
-    version = attributes.get("schema_version")
-    if not isinstance(version, int | np.integer) or version != schema[1]:
-        raise TraceFileError(f"{where}: schema version {version}; this release reads {schema[1]}.")
 
 
 def relative_change(value: Any, other: Any) -> float:

@@ -12,17 +12,12 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-import numpy as np
-
-from hexapod_pin.arrays import Array
-from hexapod_pin.results.steady_window import Window
 from hexapod_pin.results.summary import Summary
-from hexapod_pin.results.trace import Trace
 from hexapod_pin.text_table import Cell, Table
 
 KINDS = ("coxa", "femur", "tibia")
 OTHER_KINDS = ("joint", "held", "slide")
-"""Of joints that are no leg's: not told, held, and held ones that slide (N, m/s for N m, rad/s)."""
+"""Of joints of no leg: unknown, held, and held ones that slide (N, m/s for N m, rad/s)."""
 
 LIMITED_TORQUE_SHARE = 0.999  # share of the effort limit from which a torque counts as limited
 
@@ -38,7 +33,7 @@ class JointBudget:
     """What one joint delivers within the window; energies per cycle (or window)."""
 
     joint: str
-    kind: str  # "coxa", "femur", "tibia", "held", "slide", or "joint" where it cannot be told
+    kind: str  # "coxa", "femur", "tibia", "held", "slide", or "joint" where it is unknown
     torque_peak: float  # largest |torque| [N m]
     torque_peak_time: float  # its time [s]
     effort_limit: float  # [N m]
@@ -82,17 +77,8 @@ class KindBudget:
         return self.positive_energy - self.negative_energy
 
 
-def joint_rows(trace: Trace, window: Window) -> tuple[JointBudget, ...]:
-    """Return one row per joint, in the trace's order."""
-    kinds = joint_kinds(trace.joint_names, len(trace.foot_names), trace.run.robot.joint_kinds)
-    limits = trace.run.robot.effort(len(kinds))
-    return tuple(
-        _joint_row(trace, window, k, kind, float(limits[k])) for k, kind in enumerate(kinds)
-    )
-
-
 def summary_rows(summary: Summary) -> tuple[JointBudget, ...]:
-    """Return one row per joint from what was gathered at accepted steps."""
+    """Return one row per joint, in the order of the summary."""
     robot = summary.run.robot
     kinds = joint_kinds(summary.joint_names, len(summary.foot_names), robot.joint_kinds)
     limits = robot.effort(len(kinds))
@@ -123,38 +109,6 @@ def summary_rows(summary: Summary) -> tuple[JointBudget, ...]:
 def _known(value: float) -> float | None:
     """Return a number, None for NaN."""
     return None if math.isnan(value) else float(value)
-
-
-def _joint_row(trace: Trace, window: Window, k: int, kind: str, limit: float) -> JointBudget:
-    """Return the row of joint number k."""
-    time = trace.time[window.samples]
-    torque, rate = trace.torque[window.samples, k], trace.v[window.samples, 6 + k]
-    power, size = torque * rate, np.abs(torque)
-    return JointBudget(
-        joint=trace.joint_names[k],
-        kind=kind,
-        torque_peak=float(np.max(size)),
-        torque_peak_time=float(time[np.argmax(size)]),
-        effort_limit=limit,
-        at_limit=float(np.mean(size >= LIMITED_TORQUE_SHARE * limit)),
-        torque_p99=float(np.percentile(size, 99.0)),
-        torque_rms=_rms(time, torque),
-        speed_peak=float(np.max(np.abs(rate))),
-        speed_rms=_rms(time, rate),
-        power_peak=float(np.max(np.abs(power))),
-        positive_energy=_integral(time, np.maximum(power, 0.0)) / window.parts,
-        negative_energy=_integral(time, np.minimum(power, 0.0)) / window.parts,
-    )
-
-
-def _integral(time: Array, values: Array) -> float:
-    """Integrate samples by the trapezoidal rule."""
-    return float(np.sum(0.5 * (values[1:] + values[:-1]) * np.diff(time)))
-
-
-def _rms(time: Array, values: Array) -> float:
-    """Return the square root of the time average of the squares."""
-    return math.sqrt(_integral(time, values**2) / float(time[-1] - time[0]))
 
 
 def kind_rows(joints: Sequence[JointBudget]) -> tuple[KindBudget, ...]:
@@ -192,7 +146,7 @@ def joint_kinds(
     """Return the kind of every joint: as `known`, else by name, else by its place in its leg.
 
     The place counts where there are three joints per foot, listed leg by leg from the trunk
-    outwards (*assumed* of robots whose names say nothing); otherwise all are "joint".
+    outwards (*assumed* of robots whose names do not show it); otherwise all are "joint".
     """
     if known is not None:
         return tuple(known)
@@ -206,7 +160,7 @@ def joint_kinds(
 
 @lru_cache(maxsize=1024)
 def _kind_of(name: str) -> str | None:
-    """Return the kind that a name tells, if it tells exactly one."""
+    """Return the kind that a name contains, if it contains exactly one."""
     kinds = [kind for kind, pattern in zip(KINDS, _PATTERNS, strict=True) if pattern.search(name)]
     return kinds[0] if len(kinds) == 1 else None
 
@@ -246,8 +200,8 @@ def kind_lines(kinds: Sequence[KindBudget], per: str) -> list[str]:
         )
         errors = (row.peak.torque_peak_error, row.p99.torque_p99_error, row.rms.torque_rms_error)
         if any(error is not None for error in errors):
-            told = ["" if error is None else f"±{error:.1g}" for error in errors]
-            rows.append(["  error of the run", *told, *[""] * 5])
+            texts = ["" if error is None else f"±{error:.1g}" for error in errors]
+            rows.append(["  error of the run", *texts, *[""] * 5])
     title = f"Worst joint of each kind; energies of all joints of the kind, per {per}"
     return Table(title, ("", *_QUANTITIES), rows, "<>").lines()
 

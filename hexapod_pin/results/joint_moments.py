@@ -1,7 +1,7 @@
 """The moment across every joint of a trace: about its axis, and in all (the joint's reaction).
 
 The motor delivers the part about the joint's axis; bearings carry the rest. [S2]'s figure 6 shows
-one of the two without saying which.
+one of the two without naming it.
 """
 
 from __future__ import annotations
@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, protect
-from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.errors import ParameterError
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.recorded_robot import RecordedRobot
+from hexapod_pin.results.schema import require_known
 from hexapod_pin.results.stability_margins import at_middles, contact_points
 from hexapod_pin.results.steady_window import steady_window
 from hexapod_pin.results.trace import Trace
@@ -82,8 +83,7 @@ class JointMoments(Immutable):
         Raises:
             UnknownNameError: there is no such joint.
         """
-        if name not in self.joint_names:
-            raise UnknownNameError("joint", name, list(self.joint_names))
+        require_known("joint", name, self.joint_names)
         return self.joint_names.index(name)
 
 

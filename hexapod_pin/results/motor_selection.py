@@ -1,4 +1,4 @@
-"""A motor selection says which motors can drive a robot, as data, as text and as rows."""
+"""A motor selection lists the motors that can drive a robot, as data, text and rows."""
 
 from __future__ import annotations
 
@@ -159,7 +159,7 @@ class Confidence:
         walks: how many were run.
         indices: total Sobol index of each input [-], largest first; empty where there are none.
         percentiles: 5, 50, 95 and 99 % of the largest use [-].
-        inputs: the distributions, in words.
+        inputs: the distributions, as text.
         values: largest use of each sampled walk [-]; infinite where it fell.
     """
 
@@ -181,18 +181,18 @@ class MotorSelection(Immutable):
 
     Attributes:
         robot_name: its name.
-        total_mass: of the robot as its file says [kg].
+        total_mass: of the robot as in its file [kg].
         contained: mass of each motor that the file contains [kg].
         walks: names of the walks that must be carried.
         candidates: every motor on all joints: those that pass first, the lightest first; then the
             others by their largest use.
-        unusable: motors of the catalogue that could not be held against a line, with the reason.
+        unusable: motors of the catalogue that could not be compared, with the reason.
         choice: the lightest motor that passes for each kind of joint; None where a kind has none.
         iterations: choices one after another, until masses and choice agree.
         confidence: of the choice; None where it was not computed.
         demands: what the joints need on each walk, by its name, with the motors of the choice (of
             the best candidate where there is none) in the robot and their lines not acting.
-        derating: what a motor may be asked for.
+        derating: what a motor may be loaded with.
         catalog: source of the motors.
         assumed: what no source gives.
         notes: what else to know.
@@ -279,7 +279,7 @@ def selection_table(selection: MotorSelection) -> str:
 
 def _heading(s: MotorSelection) -> list[str]:
     lines = [
-        f"Motors for {s.robot_name}: {s.total_mass:.4g} kg as its file says, "
+        f"Motors for {s.robot_name}: {s.total_mass:.4g} kg as in its file, "
         f"motors of {1e3 * s.contained:.3g} g each among it",
         f"{len(s.walks)} walks: {'; '.join(s.walks)}",
         f"catalogue: {s.catalog}",
@@ -308,7 +308,7 @@ def _ranking(s: MotorSelection) -> list[str]:
     if rejected:
         lines += ["", "Why not:", *rejected]
     if s.unusable:
-        lines += ["", "Not held against a line:", *(f"  {n}: {why}" for n, why in s.unusable)]
+        lines += ["", "Not compared:", *(f"  {n}: {why}" for n, why in s.unusable)]
     return lines
 
 

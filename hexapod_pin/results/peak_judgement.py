@@ -1,9 +1,9 @@
-"""A judgement says which recomputed peaks hold, which are ranges, and what moved them.
+"""Recomputed peaks are judged: which hold, which are ranges, and what moved them.
 
 A change moves a peak by its difference from the peak of the same run without that change. Peaks
-below 1 % of the robot's largest size no motor: they are held against 5 % of that 1 %. The largest
+below 1 % of the robot's largest size no motor: they are compared with 5 % of that 1 %. The largest
 peak of a kind of joint holds only where that of the joint which sets it does too: another joint
-that happens to reach as far is luck.
+that happens to reach as far is a coincidence.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def judge_summaries(
 
     Args:
         summaries: by "run" and the names of recomputations; one that failed has none.
-        recomputations: what was changed; each without a summary says why.
+        recomputations: what was changed; each without a summary has its reason.
         limited: whether drives cut torques at their limits.
         notes: lines to print with the verdict.
 
@@ -112,7 +112,11 @@ def _verdict(
     moved = tuple(key for key, change in changes.items() if not abs(change) <= HOLDS_WITHIN)
     worst = max(rows[ACCURACY if ACCURACY in rows else RUN], key=lambda row: row.torque_peak)
     failed = [row for row in recomputations if row.failure]
-    cut = limited and any(_reaches_limit(row) for each in rows.values() for row in each)
+    cut = limited and any(
+        row.at_limit > 0.0 or row.torque_peak >= LIMITED_TORQUE_SHARE * row.effort_limit
+        for each in rows.values()
+        for row in each
+    )
     verdict = UNKNOWN if failed else AT_LIMIT if cut else RANGE if moved else PEAK
     spread = Spread.of(peaks)
     torque = replace(spread, low=min(spread.low, *led.values())) if led else spread
@@ -153,12 +157,8 @@ def _change(before: float, after: float, floor: float) -> float:
     return 0.0 if after == 0.0 else float("inf")
 
 
-def _reaches_limit(row: JointBudget) -> bool:
-    return row.at_limit > 0.0 or row.torque_peak >= LIMITED_TORQUE_SHARE * row.effort_limit
-
-
 def _sentence(verdict: str, torque: Spread, reasons: Sequence[str], limit: float) -> str:
-    """Return a verdict in words."""
+    """Return a verdict as a sentence."""
     span = f"{torque.low:.4g} to {torque.high:.4g} N m"
     why = f": {'; '.join(reasons)}" if reasons else ""
     if verdict == UNKNOWN:
@@ -170,7 +170,7 @@ def _sentence(verdict: str, torque: Spread, reasons: Sequence[str], limit: float
     return f"{verdict} {number}{why}{beyond}"
 
 
-# What a verdict on peaks tells beside the peaks: impulses of the feet, start-up, falls.
+# What a verdict on peaks reports beside the peaks: impulses of the feet, start-up, falls.
 
 
 def foot_impulses(summaries: Mapping[str, Summary]) -> tuple[FootImpulse, ...]:

@@ -6,11 +6,11 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from types import MappingProxyType
-from typing import Any, Protocol, TypeVar
+from typing import Any
 
-from hexapod_pin.errors import UnknownNameError
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.result_files import without_non_finite
+from hexapod_pin.results.schema import named
 from hexapod_pin.results.steady_window import Window
 from hexapod_pin.text_table import Cell, Table
 
@@ -26,7 +26,7 @@ class Recomputation:
 
     Attributes:
         name: "accuracy", "contact stiffness" or "servo stiffness".
-        title: the change in words.
+        title: the change as text.
         change: the numbers before and after, with units.
         baseline: what its peaks are compared with: "run" or "accuracy".
         unneeded: why it does not apply; empty where it does.
@@ -77,7 +77,7 @@ HOLDS_WITHIN = 0.05
 """Largest change of a peak that holds [-]."""
 
 NEGLIGIBLE_SHARE = 0.01
-"""Smaller peaks than this share of the robot's largest are held against 5 % of that share [-]."""
+"""Smaller peaks than this share of the robot's largest are compared with 5 % of that share [-]."""
 
 PEAK, RANGE, AT_LIMIT, UNKNOWN = "peak", "range", "at the limit", "range unknown"
 """What a verdict may be."""
@@ -183,7 +183,7 @@ class PeakVerdicts(Immutable):
         Raises:
             UnknownNameError: there is no such joint.
         """
-        return _named("joint", name, self.joints)
+        return named("joint", name, {row.name: row for row in self.joints})
 
     def kind(self, name: str) -> PeakVerdict:
         """Return the verdict of one kind of joint: "coxa", "femur" or "tibia".
@@ -191,7 +191,7 @@ class PeakVerdicts(Immutable):
         Raises:
             UnknownNameError: there is no such kind.
         """
-        return _named("kind of joint", name, self.kinds)
+        return named("kind of joint", name, {row.name: row for row in self.kinds})
 
     def to_dict(self) -> dict[str, Any]:
         """Return all numbers as plain data [N m, N s, shares]; NaN and infinities as None."""
@@ -222,27 +222,12 @@ class PeakVerdicts(Immutable):
         return verdict_text(self)
 
 
-class _Named(Protocol):
-    @property
-    def name(self) -> str: ...
-
-
-_Row = TypeVar("_Row", bound=_Named)
-
-
-def _named(what: str, name: str, rows: Sequence[_Row]) -> _Row:
-    found = {row.name: row for row in rows}
-    if name not in found:
-        raise UnknownNameError(what, name, list(found))
-    return found[name]
-
-
 # Peaks with their verdicts as plain text.
 
 LEGEND = (
     f'"peak": it moved by no more than {100 * HOLDS_WITHIN:g} % under any of the changes, and '
     "stands as computed at ten times the accuracy. Ranges hold all values computed, the run's own "
-    "too. Columns in % say how far each change moved the peak; peaks below "
+    "too. Columns in % give how far each change moved the peak; peaks below "
     f"{100 * NEGLIGIBLE_SHARE:g} % of the robot's largest are compared with that "
     f"{100 * NEGLIGIBLE_SHARE:g} %. p99, RMS, impulse: at ten times the accuracy, then the least "
     "and the largest of all.",
@@ -288,7 +273,10 @@ def _rows(rows: Sequence[PeakVerdict], changes: Sequence[Recomputation]) -> list
             row.name,
             row.verdict,
             row.torque_peak.value if row.verdict == PEAK else _span(row.torque_peak),
-            *(_percent(row, change.name) for change in tried),
+            *(
+                f"{100.0 * row.changes[one.name]:+.1f}" if one.name in row.changes else "?"
+                for one in tried
+            ),
             row.torque_p99.value,
             _span(row.torque_p99),
             row.torque_rms.value,
@@ -298,10 +286,6 @@ def _rows(rows: Sequence[PeakVerdict], changes: Sequence[Recomputation]) -> list
         for row in rows
     ]
     return Table("", head, cells, "<>").lines()
-
-
-def _percent(row: PeakVerdict, change: str) -> str:
-    return f"{100.0 * row.changes[change]:+.1f}" if change in row.changes else "?"
 
 
 def _span(spread: Spread) -> str:

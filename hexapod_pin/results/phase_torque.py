@@ -17,6 +17,7 @@ from hexapod_pin.results.joint_budget import joint_kinds
 from hexapod_pin.results.joint_moments import JointMoments, joint_moments
 from hexapod_pin.results.recorded_robot import RecordedRobot
 from hexapod_pin.results.result_files import without_non_finite
+from hexapod_pin.results.schema import require_known
 from hexapod_pin.results.steady_window import Window, steady_window, summary_window
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.text_table import Table
@@ -24,7 +25,7 @@ from hexapod_pin.text_table import Table
 # Joint torques in stance and in swing apart: retraction and protraction of each leg.
 
 PHASES = ("retraction", "protraction")
-"""What a leg does in stance, and in swing ([S2]'s words)."""
+"""What a leg does in stance, and in swing (the terms of [S2])."""
 
 
 class PhaseNumbers(NamedTuple):
@@ -118,8 +119,7 @@ class PhaseTorques(Immutable):
         Raises:
             UnknownNameError: there is no such joint or phase.
         """
-        if phase not in PHASES:
-            raise UnknownNameError("phase", phase, list(PHASES))
+        require_known("phase", phase, PHASES)
         found = [row for row in self.rows if row.joint == joint and row.phase == phase]
         if not found:
             raise UnknownNameError("joint", joint, sorted({row.joint for row in self.rows}))

@@ -1,4 +1,4 @@
-"""The robot of a trace, built again from what the trace says of it: URDF, payloads, pushes."""
+"""The robot of a trace, built again from the data in the trace: URDF, payloads, pushes."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class RecordedRobot:
         """Build the robot of a trace.
 
         Raises:
-            ParameterError: the run has no URDF, or what it says does not make the robot of the
+            ParameterError: the run has no URDF, or its data do not make the robot of the
                 arrays; names what is missing or does not fit.
         """
         text = trace.run.robot.urdf

@@ -1,6 +1,6 @@
 """Results are written to netCDF-4 files that are sealed with a checksum.
 
-The ending of a file's name says its format; JSON holds finite numbers only.
+The ending of a file's name gives its format; JSON holds finite numbers only.
 """
 
 from __future__ import annotations
@@ -165,7 +165,7 @@ def netcdf_groups(path: str | Path) -> tuple[str, ...]:
 
 
 def _read(path: str | Path, read: Callable[[Any, int], Result]) -> Result:
-    """Return what `read` makes of an open file and its size, or say what is wrong with the file."""
+    """Return what `read` makes of an open file and its size, or raise what is wrong with it."""
     import h5py  # a netCDF-4 file is HDF5; h5netcdf leaves warnings behind on damage
 
     try:
@@ -203,7 +203,7 @@ def _scalar(value: Any) -> Any:
 def _read_column(variable: Any, size: int) -> np.ndarray[Any, Any]:
     """Return one variable's array, text decoded, from a file of so many bytes."""
     if variable.size * variable.dtype.itemsize > MOST_GROWTH * size:
-        raise ValueError(f"{variable.name} is said to be of shape {variable.shape}")
+        raise ValueError(f"{variable.name} has the shape {variable.shape}")
     values = np.asarray(variable[()])
     if values.dtype.kind != "O":
         return values
@@ -221,9 +221,30 @@ def _damage(data: bytes, error: Exception) -> str:
     return f"damaged ({type(error).__name__}: {detail})."
 
 
+def require_schema(where: str, attributes: Mapping[str, Any], schema: tuple[str, int]) -> None:
+    """Refuse a file, or a group of one, of another kind or of another release's schema.
+
+    Args:
+        where: the file, for messages.
+        attributes: of the file.
+        schema: name and version that are read.
+
+    Raises:
+        TraceFileError: it is another one.
+    """
+    found, version = attributes.get("schema"), attributes.get("schema_version")
+    if not isinstance(found, str) or found != schema[0]:
+        raise TraceFileError(f"{where}: schema {found!r} instead of {schema[0]!r}.")
+    if not isinstance(version, int | np.integer) or version != schema[1]:
+        raise TraceFileError(
+            f"{where}: schema version {version}; this release reads {schema[1]}: use the release "
+            "of hexapod_pin that wrote the file."
+        )
+
+
 # A checksum behind the last byte of a file, checked before anything else looks at the file.
 #
-# HDF5 follows what its structures say, for ever where damage made them say so; what stands behind
+# HDF5 follows the links of a file, for ever where damage made them circular; what stands behind
 # its end it ignores.
 
 _SEAL = re.compile(rb"\nhexapod_pin crc32 ([0-9a-f]{8})\n")
@@ -243,7 +264,7 @@ def is_broken(data: bytes) -> bool:
     return b"%08x" % zlib.crc32(memoryview(data)[: len(data) - _LENGTH]) != found[1]
 
 
-# What a file's name says of its format: endings that are written, and the refusal of others.
+# The format that a file's name gives: endings that are written, and the refusal of others.
 
 NETCDF = (".nc", ".h5", ".hdf5")
 """Endings of netCDF-4 files, which are HDF5."""

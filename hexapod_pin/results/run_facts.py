@@ -1,4 +1,4 @@
-"""Groups of samples are chosen before a run; its events and limits are told in lines of text."""
+"""Groups of samples that a run records; its events and limits as lines of text."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def events_text(events: Sequence[Event], limits: Sequence[JointLimits]) -> list[
     return lines
 
 
-# What of a run is kept as samples: groups of arrays, chosen before it starts.
+# What of a run is stored as samples: groups of arrays, chosen before it starts.
 
 GROUPS: dict[str, tuple[str, ...]] = {
     "motion": ("time", "q", "v"),
@@ -49,7 +49,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "com": ("com",),
     "energy": ("energy",),
 }
-"""Arrays of a trace by the group they are recorded with, in the order in which groups are told."""
+"""Arrays of a trace by the group they are recorded with, in the order of lists of groups."""
 
 ALWAYS = "motion"
 """Recorded whatever is chosen: without it there is no trace."""
@@ -76,13 +76,13 @@ def recorded_groups(chosen: Iterable[str] | None) -> tuple[str, ...] | None:
     for name in names:
         if not isinstance(name, str) or name not in GROUPS:
             raise ParameterError("record", name, f"some of {known}")
-    kept = tuple(name for name in GROUPS if name in names and name != ALWAYS)
-    return None if len(kept) == len(GROUPS) - 1 else kept
+    stored = tuple(name for name in GROUPS if name in names and name != ALWAYS)
+    return None if len(stored) == len(GROUPS) - 1 else stored
 
 
 def left_out(recorded: Sequence[str] | None) -> tuple[str, ...]:
     """Return the arrays that a choice of groups, as `recorded_groups` gives it, leaves out."""
     if recorded is None:
         return ()
-    kept = (ALWAYS, *recorded)
-    return tuple(array for array, group in GROUP_OF.items() if group not in kept)
+    stored = (ALWAYS, *recorded)
+    return tuple(array for array, group in GROUP_OF.items() if group not in stored)

@@ -46,7 +46,7 @@ class RobotFacts(Facts):
         digest: `Robot.digest`.
         urdf: its URDF, with what was recognised in it.
         total_mass: with its loads [kg].
-        joint_kinds: of every joint, where names and places do not say it.
+        joint_kinds: of every joint, where names and places do not show it.
         effort_limit: of every joint at standstill [N m]; None or infinite without one.
         velocity_limit: of every joint [rad/s].
         foot_radius: of every contact point [m].

@@ -8,9 +8,9 @@ its documentation are derived from these lines.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import Field, dataclass, field, fields
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import numpy as np
 
@@ -23,11 +23,15 @@ from hexapod_pin.results.result_files import Column, without_non_finite
 if TYPE_CHECKING:
     import xarray
     from typing_extensions import dataclass_transform
+
 else:
 
     def dataclass_transform(**_: Any) -> Any:
         """Return a decorator that does nothing: only type checkers use the real one."""
         return lambda kind: kind
+
+
+Item = TypeVar("Item")
 
 
 @dataclass(frozen=True)
@@ -113,8 +117,8 @@ class Record(Immutable):
     def _freeze(self, name: str, one: Quantity, sizes: Mapping[str, int]) -> None:
         array = read_only(getattr(self, name))
         if not _fits(array.shape, one.axes, sizes):
-            wanted = ", ".join(str(sizes.get(axis, axis)) for axis in one.axes)
-            allowed = f"of shape ({wanted}), of {', '.join(one.axes)}"
+            expected = ", ".join(str(sizes.get(axis, axis)) for axis in one.axes)
+            allowed = f"of shape ({expected}), of {', '.join(one.axes)}"
             raise ParameterError(f"{type(self).__name__}.{name}", array.shape, allowed)
         object.__setattr__(self, name, array)
 
@@ -176,18 +180,36 @@ def known_quantity(kind: type[Record], name: str) -> Quantity:
     Raises:
         UnknownNameError: there is no such quantity.
     """
-    if name not in schema(kind):
-        raise UnknownNameError("quantity", name, list(schema(kind)))
-    return schema(kind)[name]
+    return named("quantity", name, schema(kind))
+
+
+def named(kind: str, name: str, known: Mapping[str, Item]) -> Item:
+    """Return what has a name; `kind` is for the message.
+
+    Raises:
+        UnknownNameError: there is none of that name.
+    """
+    require_known(kind, name, known)
+    return known[name]
+
+
+def require_known(kind: str, name: str, known: Collection[str]) -> None:
+    """Refuse a name that is not among the known ones; `kind` is for the message.
+
+    Raises:
+        UnknownNameError: it is not.
+    """
+    if name not in known:
+        raise UnknownNameError(kind, name, list(known))
 
 
 def _fits(shape: tuple[int, ...], axes: tuple[str, ...], sizes: Mapping[str, int]) -> bool:
     """Tell whether a shape is that of some axes; one without labels may have any length."""
     if shape == tuple(map(sizes.get, axes)):
         return True
-    wanted = (sizes.get(axis) for axis in axes)
+    expected = (sizes.get(axis) for axis in axes)
     return len(shape) == len(axes) and all(
-        size in (None, own) for size, own in zip(wanted, shape, strict=True)
+        size in (None, own) for size, own in zip(expected, shape, strict=True)
     )
 
 

@@ -11,9 +11,9 @@ import numpy as np
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, protect
-from hexapod_pin.errors import UnknownNameError
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.result_files import without_non_finite
+from hexapod_pin.results.schema import require_known
 from hexapod_pin.results.stability_margins import (
     at_middles,
     contact_points,
@@ -49,7 +49,7 @@ GROUNDED = (
 class Stability(Immutable):
     """Margins of a walk at the T samples of its window; lengths in metres, world axes.
 
-    Everything is projected along gravity, on slopes too. `GROUNDED` says which feet count.
+    Everything is projected along gravity, on slopes too. `GROUNDED` defines which feet count.
 
     Attributes:
         robot_name: name of the robot.
@@ -105,8 +105,7 @@ class Stability(Immutable):
         Raises:
             UnknownNameError: there is no such margin.
         """
-        if name not in MARGINS:
-            raise UnknownNameError("margin", name, list(MARGINS))
+        require_known("margin", name, MARGINS)
         values = getattr(self, name)
         k = int(np.argmin(values))
         return float(values[k]), float(self.time[k])
@@ -163,7 +162,7 @@ def stability(trace: Trace, *, whole: bool = False) -> Stability:
         whole: all samples instead of the window of `torque_budget`.
 
     Raises:
-        ParameterError: the run holds no whole cycle (says how long to simulate), the
+        ParameterError: the run holds no whole cycle (the error has the duration needed), the
             feet's radii are not known, or there is no gravity.
 
     Example:
@@ -171,28 +170,32 @@ def stability(trace: Trace, *, whole: bool = False) -> Stability:
         >>> found.least("static_margin")
     """
     window = _whole(trace) if whole else steady_window(trace)
-    kept, gravity = window.samples, np.array(trace.run.gravity)
+    inside, gravity = window.samples, np.array(trace.run.gravity)
     axes = horizontal_axes(gravity)
     points, down = contact_points(trace), trace.contact
     flat = points @ axes[:2].T
     place, zmp = trace.com @ axes[:2].T, zero_moment_point(trace)
     ahead, behind = longitudinal_margins(
-        flat[kept], place[kept], _heading(trace, axes)[kept], down[kept]
+        flat[inside], place[inside], _heading(trace, axes)[inside], down[inside]
     )
     return Stability(
         robot_name=trace.run.robot.name,
         window=window,
         weight=trace.run.robot.mass * float(np.linalg.norm(gravity)),
-        time=trace.time[kept],
-        com=trace.com[kept],
-        excursion=_excursion(trace.time[kept], trace.com[kept], _heading(trace, axes)[kept], axes),
-        feet_down=down[kept].sum(axis=1),
-        static_margin=static_margin(flat[kept], place[kept], down[kept]),
+        time=trace.time[inside],
+        com=trace.com[inside],
+        excursion=_excursion(
+            trace.time[inside], trace.com[inside], _heading(trace, axes)[inside], axes
+        ),
+        feet_down=down[inside].sum(axis=1),
+        static_margin=static_margin(flat[inside], place[inside], down[inside]),
         margin_ahead=ahead,
         margin_behind=behind,
-        nesm=nesm(points[kept], trace.com[kept], down[kept], gravity),
-        zmp=zmp[kept],
-        zmp_margin=static_margin(at_middles(flat)[kept], (zmp @ axes[:2].T)[kept], down[kept]),
+        nesm=nesm(points[inside], trace.com[inside], down[inside], gravity),
+        zmp=zmp[inside],
+        zmp_margin=static_margin(
+            at_middles(flat)[inside], (zmp @ axes[:2].T)[inside], down[inside]
+        ),
     )
 
 

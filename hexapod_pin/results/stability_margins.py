@@ -234,7 +234,7 @@ def contact_points(trace: Trace) -> Array:
     """Return the lowest points of the feet along the ground's normal, world axes [m]. (T, F, 3).
 
     Raises:
-        ParameterError: the trace does not tell the radii of its feet.
+        ParameterError: the trace does not contain the radii of its feet.
     """
     radius = trace.run.robot.foot_radius
     if radius is None or len(radius) != len(trace.foot_names):
@@ -298,7 +298,7 @@ def zero_moment_point(trace: Trace) -> Array:
         Shape (T, 3); NaN where no foot is loaded.
 
     Raises:
-        ParameterError: the trace does not tell the radii of its feet.
+        ParameterError: the trace does not contain the radii of its feet.
     """
     origin, normal = ground_plane(trace)
     arms = at_middles(contact_points(trace)) - origin[:, None]

@@ -17,7 +17,7 @@ from hexapod_pin.results.trace import Trace
 class Window:
     """The time that a budget is taken over, and its samples, both ends included."""
 
-    first: int | None  # None: of a summary, which keeps no samples
+    first: int | None  # None: of a summary, which has no samples
     last: int | None
     start: float  # [s]
     end: float  # [s]
@@ -36,7 +36,9 @@ class Window:
             ParameterError: the window is that of a summary.
         """
         if self.first is None or self.last is None:
-            raise ParameterError("Window.samples", None, "asked of a trace: no samples were kept")
+            raise ParameterError(
+                "Window.samples", None, "read from the window of a trace: a summary has no samples"
+            )
         return slice(self.first, self.last + 1)
 
 
@@ -46,7 +48,8 @@ def steady_window(trace: Trace) -> Window:
     The ends are the samples nearest to `steady_from` and to a whole number of cycles later.
 
     Raises:
-        ParameterError: the run is too short for one whole cycle; says how long it must be.
+        ParameterError: the run is too short for one whole cycle; the error names the
+            duration needed.
     """
     end = float(trace.time[-1])
     walk = trace.run.walk
@@ -73,7 +76,8 @@ def summary_window(summary: Summary, time: Array | None = None) -> Window:
         time: sample times of its trace [s], if there is one. Shape (T,).
 
     Raises:
-        ParameterError: the run is too short for one whole cycle; says how long it must be.
+        ParameterError: the run is too short for one whole cycle; the error names the
+            duration needed.
     """
     if not (summary.window_time > 0.0 and len(summary.path) > 1):
         raise run_too_short(summary)
@@ -91,13 +95,13 @@ def run_too_short(summary: Summary) -> ParameterError:
     return _too_short(duration, walk.steady_from, until, walk.cycle_time)
 
 
-def _nearest(time: Array, wanted: float) -> int:
+def _nearest(time: Array, moment: float) -> int:
     """Return the index of the sample nearest to a time."""
-    return int(np.argmin(np.abs(time - wanted)))
+    return int(np.argmin(np.abs(time - moment)))
 
 
 def _too_short(duration: float, begin: float, until: float, cycle: float | None) -> ParameterError:
-    """Say how long a simulation must be for a budget."""
+    """Return the error of a run without a whole cycle, with the duration needed."""
     if cycle is None:
         return ParameterError("duration", duration, "long enough for two samples [s]")
     return ParameterError(
@@ -111,7 +115,7 @@ def _too_short(duration: float, begin: float, until: float, cycle: float | None)
 
 
 def _steady_part(begin: float, until: float) -> str:
-    """Say which part of a walk is steady, if any."""
+    """Return which part of a walk is steady, if any."""
     if until <= begin:
         return f"The walk ends, or stops, before it is steady at {begin:.4g} s"
     return f"Steady walking lasts from {begin:.4g} to {until:.4g} s"

@@ -19,7 +19,7 @@ from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import ParameterError, TraceFileError
 from hexapod_pin.file_schema import Bound, FileData, Name, check_data
-from hexapod_pin.results.result_files import JSON, check_ending, without_non_finite
+from hexapod_pin.results.result_files import JSON, check_ending, require_schema, without_non_finite
 from hexapod_pin.results.run_record import Event, JointLimits, RunRecord
 from hexapod_pin.results.schema import (
     Record,
@@ -181,7 +181,7 @@ class Summary(Record):  # noqa: PLW1641  # no record has a hash
 
     @property
     def data(self) -> dict[str, Any]:
-        """All numbers as JSON-able data, NaN as None; every digit is kept."""
+        """All numbers as JSON-able data, NaN as None; every digit is written."""
         return {"cycles": self.cycles, "states": self.states, **plain(self)}
 
     @property
@@ -201,7 +201,7 @@ class Summary(Record):  # noqa: PLW1641  # no record has a hash
 
     @property
     def accuracy_kept(self) -> bool:
-        """Whether the error estimated is within the accuracy asked for, as of `Trace`."""
+        """Whether the error estimated is within the accuracy requested, as of `Trace`."""
         return self.run.numerics.accuracy_kept
 
     def error_of(self, name: str) -> Array:
@@ -230,7 +230,7 @@ class Summary(Record):  # noqa: PLW1641  # no record has a hash
 
     @property
     def distance(self) -> float | None:
-        """Way of the centre of mass per cycle along the heading [m]; None without cycles."""
+        """Distance of the centre of mass per cycle along the heading [m]; None without cycles."""
         if not self.cycles:
             return None
         along = np.array(self.run.walk.travel_direction)
@@ -308,11 +308,7 @@ def load_summary(path: str | Path) -> Summary:
         found = json.loads(read_bytes(path, TEXT_BYTES))
     except (OSError, ValueError, RecursionError) as error:
         raise TraceFileError(f"{path}: cannot be read as JSON ({reason_of(error)}).") from error
-    if not isinstance(found, dict) or found.get("schema") != FILE[0]:
-        raise TraceFileError(f"{path}: not a summary.")
-    if found.get("schema_version") != FILE[1]:
-        raise TraceFileError(f"{path}: schema version {found.get('schema_version')}; this release "
-                             f"reads {FILE[1]}.")  # fmt: skip
+    require_schema(str(path), found if isinstance(found, dict) else {}, FILE)
     try:
         joints, feet = _checked_file(found)
         run = RunRecord.from_dict(found["run"], found["case"], joint=len(joints), foot=len(feet))
@@ -375,18 +371,18 @@ def _require_known(values: Mapping[str, Any], where: str) -> None:
 
 
 def distance_per_cycle(place: Array, turn: Array, along: Array) -> float:
-    """Return the mean way per cycle along the heading [m].
+    """Return the mean distance per cycle along the heading [m].
 
-    The heading is the direction of travel at the start, turned with the trunk's yaw; the way of
-    each cycle is projected on the heading at its middle, so that turning gaits count too.
+    The heading is the direction of travel at the start, turned with the trunk's yaw; the
+    displacement of each cycle is projected on the heading at its middle: turning gaits count too.
 
     Args:
         place: centre of mass at the edges and middles of the cycles [m]. Shape (2 cycles + 1, 2).
         turn: yaw of the trunk there, less that at the start [rad]. Shape (2 cycles + 1,).
         along: unit vector of travel at the start. Shape (2,).
     """
-    ways, middle = np.diff(place[::2], axis=0), turn[1::2]
-    return float(np.mean(np.sum(ways * yawed(along, middle), axis=1)))
+    steps, middle = np.diff(place[::2], axis=0), turn[1::2]
+    return float(np.mean(np.sum(steps * yawed(along, middle), axis=1)))
 
 
 def path_error(

@@ -1,4 +1,4 @@
-"""The torque budget says what every joint must deliver over whole cycles of steady walking.
+"""The torque budget: what every joint must deliver over whole cycles of steady walking.
 
 Powers and energies are mechanical, at the joint: torque times rate. What motors and gears lose
 comes on top.
@@ -10,28 +10,28 @@ import json
 import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
 from hexapod_pin.arguments import checked
-from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.errors import ParameterError
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.joint_budget import (
     JointBudget,
     KindBudget,
     joint_lines,
-    joint_rows,
     kind_lines,
     kind_rows,
     summary_rows,
 )
 from hexapod_pin.results.result_files import without_non_finite
 from hexapod_pin.results.run_record import RunRecord
-from hexapod_pin.results.steady_window import Window, steady_window, summary_window
-from hexapod_pin.results.summary import Summary, distance_per_cycle
+from hexapod_pin.results.sampled_summary import summary_of
+from hexapod_pin.results.schema import named
+from hexapod_pin.results.steady_window import Window, summary_window
+from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.robot.rotations import trunk_yaw
 from hexapod_pin.text_table import indented, labelled
 
 
@@ -47,58 +47,19 @@ def torque_budget(run: Trace | Summary) -> TorqueBudget:
         run: a trace, or the summary of a run.
 
     Raises:
-        ParameterError: the run holds no whole cycle of steady walking; says how long to
-            simulate.
+        ParameterError: the run holds no whole cycle of steady walking; the error names the
+            duration needed.
     """
     if isinstance(run, Summary):
-        return _of_summary(run, summary_window(run))
-    if run.has_summary:
-        summary = run.summary
-        return _of_summary(summary, summary_window(summary, run.time))
-    return _of_samples(run, steady_window(run))
-
-
-def _of_summary(summary: Summary, window: Window) -> TorqueBudget:
-    joints = summary_rows(summary)
-    worst, size = int(np.argmax(np.abs(summary.outside_torque))), np.abs(summary.outside_torque)
-    outside = None
-    if size[worst] > max(row.torque_peak for row in joints):
-        time = float(summary.outside_torque_time[worst])
-        outside = (summary.joint_names[worst], time, float(size[worst]))
-    return _budget(
-        summary.run,
-        window,
-        joints,
-        summary.distance,
-        summary.measured_turn_rate,
-        outside,
-        ACCEPTED_STEPS,
-    )
-
-
-def _of_samples(trace: Trace, window: Window) -> TorqueBudget:
-    joints = joint_rows(trace, window)
-    outside = _largest_outside(trace, max(row.torque_peak for row in joints))
-    distance = _sampled_distance(trace, window)
-    yaw = np.unwrap(trunk_yaw(trace.q[window.samples]))
-    rate = None if window.cycles is None else float(yaw[-1] - yaw[0]) / (window.end - window.start)
-    return _budget(trace.run, window, joints, distance, rate, outside, SAMPLES)
-
-
-def _budget(
-    run: RunRecord,
-    window: Window,
-    joints: tuple[JointBudget, ...],
-    distance: float | None,
-    turn_rate: float | None,
-    outside: tuple[str, float, float] | None,
-    peaks: str,
-) -> TorqueBudget:
-    """Put a budget together."""
-    duration = (window.end - window.start) / window.parts
-    nominal = run.walk.nominal_speed
+        summary, time, peaks = run, None, ACCEPTED_STEPS
+    else:
+        summary, time = summary_of(run), run.time
+        peaks = ACCEPTED_STEPS if run.has_summary else SAMPLES
+    window, record = summary_window(summary, time), summary.run
+    joints, duration = summary_rows(summary), (window.end - window.start) / window.parts
+    distance, turn_rate = summary.distance, summary.measured_turn_rate
     budget = TorqueBudget(
-        robot_name=run.robot.name,
+        robot_name=record.robot.name,
         window=window,
         joints=joints,
         kinds=kind_rows(joints),
@@ -106,14 +67,14 @@ def _budget(
         negative_energy=sum(row.negative_energy for row in joints),
         distance=distance,
         measured_speed=None if distance is None else distance / duration,
-        nominal_speed=None if window.cycles is None else nominal,
-        weight=(run.robot.total_mass or 0.0) * float(np.linalg.norm(run.gravity)),
-        largest_outside=outside,
-        sources=_sources(run),
-        assumed=run.assumed,
+        nominal_speed=None if window.cycles is None else record.walk.nominal_speed,
+        weight=(record.robot.total_mass or 0.0) * float(np.linalg.norm(record.gravity)),
+        largest_outside=_largest_outside(summary, max(row.torque_peak for row in joints)),
+        sources=_sources(record),
+        assumed=record.assumed,
         peaks=peaks,
         turn=None if turn_rate is None else turn_rate * duration,
-        nominal_turn=run.walk.turn_rate * duration,
+        nominal_turn=record.walk.turn_rate * duration,
     )
     _require_numbers(budget)
     return budget
@@ -136,31 +97,21 @@ def _require_numbers(budget: TorqueBudget) -> None:
             raise ParameterError(f"TorqueBudget.{name}", value, "finite", hint)
 
 
-def _sampled_distance(trace: Trace, window: Window) -> float | None:
-    """Return the centre of mass' mean way per cycle along the heading [m]; None without cycles."""
-    if window.cycles is None:
+def _largest_outside(summary: Summary, peak: float) -> tuple[str, float, float] | None:
+    """Return joint, time and size of the largest torque outside the window, if above the peak."""
+    size = np.abs(summary.outside_torque)
+    worst = int(np.argmax(size))
+    if not size[worst] > peak:
         return None
-    edges = np.linspace(window.start, window.end, 2 * window.cycles + 1)
-    index = np.array([int(np.argmin(np.abs(trace.time - t))) for t in edges])
-    along = np.array(trace.run.walk.travel_direction)
-    turn = trunk_yaw(trace.q[index]) - trunk_yaw(trace.q[:1])
-    return distance_per_cycle(trace.com[index, :2], turn, along)
-
-
-def _largest_outside(trace: Trace, peak: float) -> tuple[str, float, float] | None:
-    """Return the largest torque outside the window if it exceeds the peak within."""
-    size = np.abs(trace.torque)
-    sample, joint = np.unravel_index(int(np.argmax(size)), size.shape)
-    if size[sample, joint] <= peak:
-        return None
-    return trace.joint_names[joint], float(trace.time[sample]), float(size[sample, joint])
+    time = float(summary.outside_torque_time[worst])
+    return summary.joint_names[worst], time, float(size[worst])
 
 
 def _sources(run: RunRecord) -> tuple[str, ...]:
     """Return what was simulated, one line each: robot, walk, contact, numerics."""
     control, contact = run.case.controller, None if run.scene is None else run.scene.contact
     gait, step = control.get("gait", {}), run.numerics.step
-    walk = _walk_words(gait) if isinstance(gait, Mapping) else []
+    walk = _walk_texts(gait) if isinstance(gait, Mapping) else []
     laws = [] if contact is None else [contact.normal.kind, contact.friction.kind]
     method = run.numerics.method
     rows = {
@@ -172,29 +123,27 @@ def _sources(run: RunRecord) -> tuple[str, ...]:
     return tuple(f"{key}: {text}" for key, text in rows.items() if text)
 
 
-def _walk_words(gait: Mapping[str, Any]) -> list[Any]:
+def _walk_texts(gait: Mapping[str, Any]) -> list[Any]:
     sizes = {name: gait.get(name) for name in ("stroke", "cycle_time")}
-    told = [f"{name} {x:g}" for name, x in sizes.items() if isinstance(x, int | float)]
-    return [gait.get("name"), *told]
+    texts = [f"{name} {x:g}" for name, x in sizes.items() if isinstance(x, int | float)]
+    return [gait.get("name"), *texts]
 
 
 # The torque budget of a whole robot as data, and as text.
-
-BudgetRow = TypeVar("BudgetRow")
 
 ACCEPTED_STEPS, SAMPLES = "accepted steps", "samples"
 """What peaks are taken from."""
 
 PEAK_CAVEAT = {
     ACCEPTED_STEPS: (
-        "Peaks are those of accepted steps, not of the sampling. A raw peak follows a touch-down, "
-        "or how feet share the load: it depends on the stiffness of contact and servos, and on the "
-        "accuracy or step. `--verdict` (judge_peaks) says which peaks hold."
+        "Peaks include every accepted step, not only the stored samples. A raw peak follows a "
+        "touch-down, or how feet share the load: it depends on the stiffness of contact and "
+        "servos, and on the accuracy or step. `--verdict` (judge_peaks) shows which peaks hold."
     ),
     SAMPLES: (
         "Peaks are those of samples: what lies between two is missed. A raw peak follows a "
         "touch-down, or how feet share the load: it depends on the stiffness of contact and "
-        "servos, on step and sampling. `--verdict` (judge_peaks) says which peaks hold."
+        "servos, on step and sampling. `--verdict` (judge_peaks) shows which peaks hold."
     ),
 }
 
@@ -210,16 +159,16 @@ class TorqueBudget(Immutable):
         kinds: one row per kind of joint.
         positive_energy: work given by all joints per cycle (or window) [J].
         negative_energy: work taken up by all joints per cycle (or window) [J], <= 0.
-        distance: way of the centre of mass per cycle along the heading [m]; None without cycles.
+        distance: of the centre of mass per cycle along the heading [m]; None without cycles.
         measured_speed: distance per time [m/s]; None without cycles.
-        nominal_speed: what the gait asked for [m/s]; None where the trace does not say.
+        nominal_speed: of the gait [m/s]; None where the trace does not contain it.
         weight: total mass times gravity [N].
         largest_outside: a larger torque outside the window: joint, time [s], torque [N m].
         sources: what was simulated, one line each.
         assumed: statements of what is assumed rather than taken from a source.
         peaks: what peaks are taken from: "accepted steps" or "samples".
         turn: yaw per cycle [rad], left > 0; None without cycles.
-        nominal_turn: what the gait asked for per cycle [rad]; 0 of a straight one.
+        nominal_turn: of the gait per cycle [rad]; 0 of a straight one.
     """
 
     robot_name: str
@@ -251,13 +200,13 @@ class TorqueBudget(Immutable):
 
     @property
     def cost_of_transport(self) -> float | None:
-        """Absolute energy / (weight * distance) [-]; None where the robot makes no way."""
-        return self._per_way(self.absolute_energy)
+        """Absolute energy / (weight * distance) [-]; None where it does not move forward."""
+        return self._per_distance(self.absolute_energy)
 
     @property
     def cost_of_transport_positive(self) -> float | None:
         """Positive energy / (weight * distance) [-]: braking costs and returns nothing."""
-        return self._per_way(self.positive_energy)
+        return self._per_distance(self.positive_energy)
 
     @property
     def on_the_spot(self) -> bool:
@@ -266,7 +215,7 @@ class TorqueBudget(Immutable):
 
     @property
     def makes_way(self) -> bool:
-        """Whether the robot gets on, so that numbers per metre mean something."""
+        """Whether the robot moves forward, so that numbers per metre mean something."""
         return not self.on_the_spot and self.distance is not None and self.distance > 0.0
 
     @property
@@ -274,7 +223,7 @@ class TorqueBudget(Immutable):
         """Absolute energy per yaw of a robot that turns on the spot [J/rad]; None of others."""
         return self.absolute_energy / abs(self.turn) if self.on_the_spot and self.turn else None
 
-    def _per_way(self, energy: float) -> float | None:
+    def _per_distance(self, energy: float) -> float | None:
         """Return an energy per weight and distance."""
         return None if self.on_the_spot else energy_per_way(energy, self.weight, self.distance)
 
@@ -284,7 +233,7 @@ class TorqueBudget(Immutable):
         Raises:
             UnknownNameError: there is no such joint.
         """
-        return _row("joint", name, {row.joint: row for row in self.joints})
+        return named("joint", name, {row.joint: row for row in self.joints})
 
     def kind(self, name: str) -> KindBudget:
         """Return the row of one kind of joint: "coxa", "femur", "tibia", "held", "slide".
@@ -292,7 +241,7 @@ class TorqueBudget(Immutable):
         Raises:
             UnknownNameError: there is no such kind.
         """
-        return _row("kind of joint", name, {row.kind: row for row in self.kinds})
+        return named("kind of joint", name, {row.kind: row for row in self.kinds})
 
     def to_dict(self) -> dict[str, Any]:
         """Return all numbers as plain data; NaN and infinities as None."""
@@ -336,7 +285,7 @@ def _heading_lines(budget: TorqueBudget) -> list[str]:
 
 
 def _whole_lines(budget: TorqueBudget, per: str) -> list[str]:
-    """Return energy, way and cost of transport of the whole robot."""
+    """Return energy, distance and cost of transport of the whole robot."""
     title = f"Whole robot, mechanical energy at the joints, per {per}"
     rows: list[tuple[str, float, str]] = [
         ("absolute (braking costs as much as driving)", budget.absolute_energy, "J"),
@@ -356,7 +305,7 @@ def _whole_lines(budget: TorqueBudget, per: str) -> list[str]:
         rows.append(("mean speed", speed, f"m/s{share}"))
         costs = (budget.cost_of_transport, budget.cost_of_transport_positive)
         if costs[0] is None or costs[1] is None:
-            last = "the robot makes no way forward: no cost of transport"
+            last = "the robot does not move forward: no cost of transport"
         else:
             rows.append(("cost of transport, absolute energy / (m g d)", costs[0], ""))
             rows.append(("cost of transport, positive energy / (m g d)", costs[1], ""))
@@ -384,10 +333,3 @@ def _note_lines(budget: TorqueBudget) -> list[str]:
         outside = f"{joint} reaches {torque:.4g} N m at {time:.4g} s"
         lines.append(f"Outside the window {outside} (start-up or stop).")
     return lines + [f"assumed: {statement}" for statement in budget.assumed]
-
-
-def _row(kind: str, name: str, rows: Mapping[str, BudgetRow]) -> BudgetRow:
-    """Return one row by name."""
-    if name not in rows:
-        raise UnknownNameError(kind, name, list(rows))
-    return rows[name]

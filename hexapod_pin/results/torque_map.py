@@ -8,11 +8,10 @@ from typing import ClassVar
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array
-from hexapod_pin.errors import UnknownNameError
 from hexapod_pin.results.grid_columns import GridResult
 from hexapod_pin.results.phase_torque import PHASES
 from hexapod_pin.results.result_files import read_netcdf
-from hexapod_pin.results.schema import quantity, schema
+from hexapod_pin.results.schema import quantity, require_known, schema
 
 GRID = ("stroke", "cycle_time")
 JOINT, PHASE = "stroke cycle_time joint", "stroke cycle_time phase joint"
@@ -23,10 +22,10 @@ class TorqueMap(GridResult):
     """Torques on a grid of S strokes by C cycle times: n joints, F feet, 2 phases; SI units.
 
     Every number is over the whole cycles of the runs' window. A point that could not be walked is
-    NaN, and `reason` says why. Phases are those of the gait's schedule: "retraction" while the leg
-    is on the ground, "protraction" while it swings; torques of a phase are those of samples, peaks
-    those of accepted steps where the largest of all is in that phase. Two maps are equal when every
-    bit is.
+    NaN, and `reason` has the cause. Phases are those of the gait's schedule: "retraction" while the
+    leg is on the ground, "protraction" while it swings; torques of a phase are those of samples,
+    peaks those of accepted steps where the largest of all is in that phase. Two maps are equal when
+    every bit is.
 
     Attributes:
         joint_names: n names.
@@ -98,10 +97,8 @@ class TorqueMap(GridResult):
             UnknownNameError: there is no such kind of joint, or no such quantity of joints.
         """
         per_joint = [name for name, one in schema(TorqueMap).items() if one.axes[-1] == "joint"]
-        if quantity not in per_joint:
-            raise UnknownNameError("quantity of joints", quantity, per_joint)
-        if kind not in self.joint_kinds:
-            raise UnknownNameError("kind of joint", kind, list(self.kind_names))
+        require_known("quantity of joints", quantity, per_joint)
+        require_known("kind of joint", kind, self.kind_names)
         values = getattr(self, quantity)[..., [own == kind for own in self.joint_kinds]]
         summed = schema(TorqueMap)[quantity].by_kind == "sum"
         found: Array = values.sum(axis=-1) if summed else values.max(axis=-1)

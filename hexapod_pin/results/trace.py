@@ -16,13 +16,13 @@ import numpy.typing as npt
 
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.atomic_file import write_atomically
-from hexapod_pin.errors import NotRecordedError, ParameterError, UnknownNameError
+from hexapod_pin.errors import NotRecordedError, ParameterError
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.error_estimate import QUANTITIES, ErrorEstimate
 from hexapod_pin.results.result_files import CSV, NETCDF, Column, Group, check_ending, write_netcdf
 from hexapod_pin.results.run_facts import ALWAYS, GROUP_OF, GROUPS
 from hexapod_pin.results.run_record import UNKNOWN, Event, JointLimits, RunRecord
-from hexapod_pin.results.schema import Record, quantity, schema
+from hexapod_pin.results.schema import Record, quantity, require_known, schema
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace_csv import csv_bytes
 from hexapod_pin.results.trace_layout import (
@@ -36,7 +36,6 @@ from hexapod_pin.results.trace_layout import (
     described,
     digest_of,
     frozen,
-    frozen_json,
 )
 
 if TYPE_CHECKING:
@@ -53,8 +52,8 @@ class Trace(Record):  # noqa: PLW1641  # no record has a hash
     """Samples of a simulation: T times, n joints, F feet; SI units, radians.
 
     Arrays are read-only, copied where they were not. Two traces are equal when every bit is,
-    but for the wall-clock time of the run. What was not recorded is given as None, and asking for
-    it raises `NotRecordedError`; `recorded` tells what is there. Time, q and v always are.
+    but for the wall-clock time of the run. What was not recorded is given as None, and reading
+    it raises `NotRecordedError`; `recorded` names what is there. Time, q and v always are.
 
     Foot forces at the samples are those of the contact law in the sampled state, so that a force
     never pulls and is inside the friction cone. Impulses are integrals of the force over the
@@ -128,7 +127,8 @@ class Trace(Record):  # noqa: PLW1641  # no record has a hash
         super().__post_init__()
         if "energy" in self.recorded:
             object.__setattr__(self, "energy", self._frozen_energy())
-        object.__setattr__(self, "counters", frozen_json("Trace.counters", self.counters))
+        counters = {name: np.asarray(value).item() for name, value in self.counters.items()}
+        object.__setattr__(self, "counters", MappingProxyType(counters))
         if self.error is not None and self.error.place.shape != self.time.shape:
             raise ParameterError("Trace.error", self.error.place.shape, "one row per sample")
         if np.any(np.diff(self.time) <= 0.0) or not np.all(np.isfinite(self.time)):
@@ -139,7 +139,7 @@ class Trace(Record):  # noqa: PLW1641  # no record has a hash
         if self.foot_impulse is not None or self.foot_force is None:
             return
         if np.ndim(self.foot_force) != 3 or len(self.foot_force) != np.size(self.time):
-            return  # the check of shapes says so
+            return  # the check of shapes reports it
         interval = np.diff(self.time, prepend=self.time[0])
         object.__setattr__(self, "foot_impulse", interval[:, None, None] * self.foot_force)
 
@@ -161,8 +161,8 @@ class Trace(Record):  # noqa: PLW1641  # no record has a hash
             """Refuse what was not recorded, naming what to record."""
             if name not in GROUP_OF:
                 raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-            kept = {*self.recorded, GROUP_OF[name]} - {ALWAYS}
-            raise NotRecordedError(name, [group for group in GROUPS if group in kept])
+            needed = {*self.recorded, GROUP_OF[name]} - {ALWAYS}
+            raise NotRecordedError(name, [group for group in GROUPS if group in needed])
 
     def __repr__(self) -> str:
         """Return what it is of and what it holds; the arrays themselves are long."""
@@ -172,8 +172,8 @@ class Trace(Record):  # noqa: PLW1641  # no record has a hash
     @property
     def recorded(self) -> tuple[str, ...]:
         """The groups of arrays that it holds: "motion", and of the others what was recorded."""
-        held = vars(self)
-        return tuple(group for group, arrays in GROUPS.items() if arrays[0] in held)
+        recorded = vars(self)
+        return tuple(group for group, arrays in GROUPS.items() if arrays[0] in recorded)
 
     @property
     def q_names(self) -> tuple[str, ...]:
@@ -204,7 +204,8 @@ class Trace(Record):  # noqa: PLW1641  # no record has a hash
         Raises:
             UnknownNameError: there is no such joint.
         """
-        return _index("joint", name, self.joint_names)
+        require_known("joint", name, self.joint_names)
+        return self.joint_names.index(name)
 
     def foot(self, name: str) -> int:
         """Return the index of a foot.
@@ -212,7 +213,8 @@ class Trace(Record):  # noqa: PLW1641  # no record has a hash
         Raises:
             UnknownNameError: there is no such foot.
         """
-        return _index("foot", name, self.foot_names)
+        require_known("foot", name, self.foot_names)
+        return self.foot_names.index(name)
 
     @property
     def normal_force(self) -> Array:
@@ -269,7 +271,7 @@ class Trace(Record):  # noqa: PLW1641  # no record has a hash
 
     @property
     def accuracy_kept(self) -> bool:
-        """Whether the error estimated is within the accuracy asked for.
+        """Whether the error estimated is within the accuracy requested.
 
         False where it is not, and where nothing is known of it.
         """
@@ -277,7 +279,7 @@ class Trace(Record):  # noqa: PLW1641  # no record has a hash
 
     @property
     def predictable_until(self) -> float:
-        """Time up to which positions are within the accuracy asked for [s]; inf: to the end.
+        """Time up to which positions are within the accuracy requested [s]; inf: to the end.
 
         Behind it a trajectory means nothing, its statistics do; NaN where nothing is known.
         """
@@ -303,7 +305,7 @@ class Trace(Record):  # noqa: PLW1641  # no record has a hash
         """The case that was run, as TOML text: what `hexapod-pin run` and `load_case` take.
 
         Raises:
-            ParameterError: the trace was made by a session, or by a release that kept no case.
+            ParameterError: the trace was made by a session, or by a release that stored no case.
         """
         return self.run.case_toml
 
@@ -355,7 +357,7 @@ class Trace(Record):  # noqa: PLW1641  # no record has a hash
     def save(self, path: str | Path) -> Path:
         """Write the trace to a file, wholly or not at all, and return its path.
 
-        The path's ending says how. ".nc", ".h5" and ".hdf5" are netCDF-4, compressed without loss,
+        The path's ending gives the format: ".nc", ".h5" and ".hdf5" are netCDF-4, without loss,
         which `load_trace` reads again. ".csv" and ".csv.gz" are a table for other programs: one row
         per sample, a header with names and units, numbers that keep every bit; without
         what is known of the run.
@@ -389,13 +391,6 @@ class Trace(Record):  # noqa: PLW1641  # no record has a hash
         return Group(self.columns(), trace_attributes(self))
 
 
-def _index(kind: str, name: str, names: tuple[str, ...]) -> int:
-    """Return the index of `name`."""
-    if name not in names:
-        raise UnknownNameError(kind, name, list(names))
-    return names.index(name)
-
-
 # A trace as labelled columns of a file or dataset.
 
 
@@ -427,8 +422,8 @@ def stored_texts(trace: Trace) -> dict[str, Any]:
 
 def trace_attributes(trace: Trace) -> dict[str, Any]:
     """Return the attributes of the file; `recorded` where it does not hold everything."""
-    held = trace.recorded
-    some = {} if len(held) == len(GROUPS) else {"recorded": ", ".join(held)}
+    recorded = trace.recorded
+    some = {} if len(recorded) == len(GROUPS) else {"recorded": ", ".join(recorded)}
     return {"schema": SCHEMA, "schema_version": SCHEMA_VERSION, "digest": trace.digest, **some}
 
 

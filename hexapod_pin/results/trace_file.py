@@ -7,7 +7,6 @@ from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
 import numpy.typing as npt
 
 from hexapod_pin.arguments import checked
@@ -31,6 +30,7 @@ from hexapod_pin.results.result_files import (
     ending,
     netcdf_groups,
     read_netcdf,
+    require_schema,
     write_netcdf,
 )
 from hexapod_pin.results.run_facts import left_out, recorded_groups
@@ -84,14 +84,14 @@ def trace_from_group(path: str, group: tuple[Mapping[str, Any], Mapping[str, Any
         TraceFileError: as `load_trace`.
     """
     arrays, attributes = group
-    _check_schema(path, attributes)
-    told = attributes.get("digest")
+    require_schema(path, attributes, (SCHEMA, SCHEMA_VERSION))
+    digest = attributes.get("digest")
     try:
         trace = _from_arrays(arrays, _recorded(attributes))
     except (ParameterError, RecursionError) as error:
-        damage = "" if _stored_digest(arrays) == str(told) else f"{DAMAGED}; "
+        damage = "" if _stored_digest(arrays) == str(digest) else f"{DAMAGED}; "
         raise TraceFileError(f"{path}: {damage}{error}") from error
-    if trace.digest != str(told):
+    if trace.digest != str(digest):
         raise TraceFileError(f"{path}: {DAMAGED}.")
     return trace
 
@@ -111,23 +111,10 @@ def _stored_digest(arrays: Mapping[str, npt.NDArray[Any]]) -> str | None:
         return None  # too far from a trace to have one
 
 
-def _check_schema(path: str | Path, attributes: Mapping[str, Any]) -> None:
-    """Refuse files that are no traces, and traces of another schema."""
-    found = attributes.get("schema")
-    if not isinstance(found, str) or found != SCHEMA:
-        raise TraceFileError(f"{path}: not a trace (schema {found!r} instead of {SCHEMA!r}).")
-    version = attributes.get("schema_version")
-    if not isinstance(version, int | np.integer) or version != SCHEMA_VERSION:
-        raise TraceFileError(
-            f"{path}: schema version {version}; this release reads {SCHEMA_VERSION}: use the "
-            "release of hexapod_pin that wrote the file."
-        )
-
-
 def _recorded(attributes: Mapping[str, Any]) -> tuple[str, ...] | None:
-    """Return the groups that a file says it holds; None: all."""
-    told = attributes.get("recorded")
-    return None if told is None else recorded_groups(str(told).split(", "))
+    """Return the groups that a file lists; None: all."""
+    listed = attributes.get("recorded")
+    return None if listed is None else recorded_groups(str(listed).split(", "))
 
 
 def _from_arrays(arrays: Mapping[str, npt.NDArray[Any]], recorded: tuple[str, ...] | None) -> Trace:
@@ -273,20 +260,13 @@ def write_study(path: str | Path, parts: Mapping[str, StudyPart]) -> Path:
     """
     if not parts:
         raise ParameterError("parts", parts, "at least one result by its name")
-    for name, part in parts.items():
+    for name in parts:
         if not name.isidentifier():
             raise ParameterError("parts", name, "names of letters, digits and _")
-        _require_part(name, part)
     groups = {name: part.group() for name, part in parts.items()}
     return write_netcdf(
         path, {}, {"schema": STUDY_SCHEMA, "schema_version": STUDY_SCHEMA_VERSION}, groups
     )
-
-
-def _require_part(name: str, part: object) -> None:
-    if not isinstance(part, StudyPart):
-        known = "a TorqueMap, GaitEnergy or Trace"
-        raise ParameterError(f"parts[{name!r}]", type(part).__name__, known)
 
 
 @checked

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,13 +12,12 @@ from numpy.typing import NDArray
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.commanded_body import planned_body
 from hexapod_pin.errors import GaitError, ParameterError
-from hexapod_pin.results.steady_window import steady_window, summary_window
 from hexapod_pin.results.torque_budget import torque_budget
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.robot.rotations import trunk_yaw, yawed
 
-LEAST_WAY = 0.25
-"""Planned way over the stroke below which a run is too short to judge its speed (*assumed*)."""
+LEAST_STROKES = 0.25
+"""Planned distance over the stroke below which no speed is judged (*assumed*)."""
 
 LEAST_TURN = math.radians(2.0)
 """Planned yaw below which it is not judged as a share [rad] (*assumed*)."""
@@ -37,7 +35,7 @@ class TravelledPath:
         travelled_distance: made along it, by the centre of mass [m].
         planned_turn: yaw, left > 0 [rad].
         turn: made [rad].
-        least_distance: planned way below which none is judged [m].
+        least_distance: planned distance below which none is judged [m].
     """
 
     start: float
@@ -61,7 +59,7 @@ class TravelledPath:
 
     @property
     def speed_share(self) -> float | None:
-        """Way over planned way [-]; None where too little or nothing was planned."""
+        """Distance over planned distance [-]; None where too little or nothing was planned."""
         judged = self.planned_distance > max(self.least_distance, 0.0)
         return self.travelled_distance / self.planned_distance if judged else None
 
@@ -77,7 +75,7 @@ class TravelledPath:
 
 
 def travelled_path(trace: Trace) -> TravelledPath:
-    """Return the way of a run over its whole cycles of steady walking, else over all of it."""
+    """Return the path of a run over its whole cycles of steady walking, else over all of it."""
     if trace.run.walk.cycle_time is not None:
         try:
             return _over_cycles(trace)
@@ -87,11 +85,9 @@ def travelled_path(trace: Trace) -> TravelledPath:
 
 
 def _over_cycles(trace: Trace) -> TravelledPath:
-    """Return the way over whole cycles: distance and speed are those of the torque budget."""
-    window = (
-        summary_window(trace.summary, trace.time) if trace.has_summary else steady_window(trace)
-    )
-    budget, cycles = torque_budget(trace), window.cycles or 1
+    """Return the path over whole cycles: distance and speed are those of the torque budget."""
+    budget = torque_budget(trace)
+    window, cycles = budget.window, budget.window.parts
     time = window.end - window.start
     yaw = np.unwrap(trunk_yaw(trace.q[window.samples]))
     return TravelledPath(
@@ -103,7 +99,7 @@ def _over_cycles(trace: Trace) -> TravelledPath:
 
 
 def _over_all(trace: Trace) -> TravelledPath:
-    """Return the way of a whole run against the planned motion of the body, ramps included."""
+    """Return the path of a whole run against the planned motion of the body, ramps included."""
     time = trace.time
     try:
         body = planned_body(trace.run.case.controller, trace.run.walk.nominal_speed)
@@ -121,19 +117,14 @@ def _over_all(trace: Trace) -> TravelledPath:
     along = np.divide(pace, length[:, None], where=moving[:, None], out=np.zeros_like(pace))
     middle = 0.5 * (yaw[1:] + yaw[:-1]) - yaw[0]
     place = trace.com if "com" in trace.recorded else trace.q
-    ways = np.diff(place[:, :2], axis=0) * yawed(along, middle)
+    steps = np.diff(place[:, :2], axis=0) * yawed(along, middle)
     planned = float(np.sum(0.5 * (size[1:] + size[:-1]) * np.diff(time)))
     return TravelledPath(
         float(time[0]), float(time[-1]), None, planned_distance=planned,
-        travelled_distance=float(ways.sum()),
+        travelled_distance=float(steps.sum()),
         planned_turn=float(pose[-1, 2] - pose[0, 2]), turn=turn,
-        least_distance=LEAST_WAY * _stroke(body.gait, float(size.max())),
+        least_distance=LEAST_STROKES * float(size.max() * body.gait.duty * body.gait.cycle_time),
     )  # fmt: skip
-
-
-def _stroke(gait: Any, speed: float) -> float:
-    """Return the stroke at a speed [m]."""
-    return float(speed * gait.duty * gait.cycle_time)
 
 
 # Whether, when and how a robot fell, from the samples of a run.
@@ -148,8 +139,8 @@ SUNK = 0.5
 OFF_GROUND = 0.1
 """Time without any loaded foot that is a fall [s] (*assumed*): a walk always stands on some."""
 
-TIPPED_WORDS = f"tipped over by {math.degrees(TIPPED):.0f} degrees"
-SUNK_WORDS = f"sank to {SUNK:.0%} of its standing height"
+TIPPED_TEXT = f"tipped over by {math.degrees(TIPPED):.0f} degrees"
+SUNK_TEXT = f"sank to {SUNK:.0%} of its standing height"
 
 
 @dataclass(frozen=True)
@@ -158,7 +149,7 @@ class Fall:
 
     Attributes:
         time: when it was first seen [s].
-        how: in words: "sank to half of its standing height", "tipped over by 45 degrees" or "all
+        how: "sank to half of its standing height", "tipped over by 45 degrees" or "all
             feet left the ground".
     """
 
@@ -177,15 +168,15 @@ def find_fall(trace: Trace) -> Fall | None:
     if "contacts" not in trace.recorded:
         gravity = np.array(trace.run.gravity)
         up = np.broadcast_to(-gravity / np.linalg.norm(gravity), (len(trace.time), 3))
-        return _first(trace.time, {TIPPED_WORDS: _tilt(trace.q, up) > TIPPED})
+        return _first(trace.time, {TIPPED_TEXT: _tilt(trace.q, up) > TIPPED})
     up = trace.foot_normal.mean(axis=1)
     up = up / np.linalg.norm(up, axis=1, keepdims=True)
     height = _height(trace, up)
     return _first(
         trace.time,
         {
-            SUNK_WORDS: height < SUNK * height[0],
-            TIPPED_WORDS: _tilt(trace.q, up) > TIPPED,
+            SUNK_TEXT: height < SUNK * height[0],
+            TIPPED_TEXT: _tilt(trace.q, up) > TIPPED,
             "all feet left the ground": _long_enough(trace.contact, trace.time),
         },
     )

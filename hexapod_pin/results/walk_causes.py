@@ -1,4 +1,4 @@
-"""Joint limits, slip and lag keep a run from its plan; the advice says what to change."""
+"""Joint limits, slip and lag move a run off its plan; the advice names what to change."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.errors import HexapodError, ParameterError
+from hexapod_pin.errors import HexapodError
 from hexapod_pin.results.joint_budget import LIMITED_TORQUE_SHARE
 from hexapod_pin.results.recorded_robot import RecordedRobot
 from hexapod_pin.results.summary import Summary
@@ -17,7 +17,7 @@ from hexapod_pin.robot.holding_torque import STANDARD_GRAVITY, standing_torque
 from hexapod_pin.scene.settings import SceneSettings
 
 LEAST_TRAVEL = 0.05
-"""Way over planned way below which slip per metre says nothing."""
+"""Distance over planned distance below which slip per metre means nothing."""
 
 
 class JointShare(NamedTuple):
@@ -35,11 +35,11 @@ class JointShare(NamedTuple):
 
 
 class Slip(NamedTuple):
-    """Way of the contact points on the ground while loaded, per gait cycle (or window).
+    """Distance of the contact points on the ground while loaded, per gait cycle (or window).
 
     Attributes:
         distance: of each foot, by name [m].
-        per_metre: the same per metre travelled [m/m]; None where it makes or plans no way.
+        per_metre: the same per metre travelled [m/m]; None where it moves or plans no distance.
     """
 
     distance: dict[str, float]
@@ -79,17 +79,15 @@ def slip_of(trace: Trace, planned_speed: float) -> Slip | None:
         trace: of the run.
         planned_speed: [m/s].
     """
-    try:
-        summary = trace.summary
-    except ParameterError:
-        return None
-    if not np.isfinite(summary.slip_distance).all():
+    summary = trace.gathered
+    if summary is None or not np.isfinite(summary.slip_distance).all():
         return None
     path = dict(zip(summary.foot_names, summary.slip_distance.tolist(), strict=True))
-    way, planned = _way(summary), planned_speed * summary.window_time / (summary.cycles or 1)
-    if planned <= 0.0 or way is None or way <= LEAST_TRAVEL * planned:
+    distance = _distance(summary)
+    planned = planned_speed * summary.window_time / (summary.cycles or 1)
+    if planned <= 0.0 or distance is None or distance <= LEAST_TRAVEL * planned:
         return Slip(path, None)
-    return Slip(path, {name: value / way for name, value in path.items()})
+    return Slip(path, {name: value / distance for name, value in path.items()})
 
 
 def lag(trace: Trace) -> JointShare:
@@ -100,8 +98,8 @@ def lag(trace: Trace) -> JointShare:
     return _longest(trace.joint_names, error)
 
 
-def _way(summary: Summary) -> float | None:
-    """Return the way per cycle along the heading, without cycles between both ends [m]."""
+def _distance(summary: Summary) -> float | None:
+    """Return the distance per cycle along the heading, without cycles between both ends [m]."""
     if summary.cycles:
         return summary.distance
     if len(summary.path) < 2:
@@ -134,7 +132,7 @@ MUCH_SLIP = 0.2
 """Slip of all feet per metre travelled from which it is taken for the cause [m/m]."""
 
 MUCH_SLIP_PATH = 0.01
-"""The same of a robot that makes or plans no way: of all feet per cycle [m]."""
+"""The same of a robot that does not move or plans no distance: of all feet per cycle [m]."""
 
 MUCH_LAG = 0.05
 """RMS distance of a joint from its set-point from which it is taken for the cause [rad]."""
@@ -155,7 +153,7 @@ class StaticNeed(NamedTuple):
 
 
 def static_need(trace: Trace) -> StaticNeed | None:
-    """Return what standing takes of the most loaded joint; None where a trace cannot tell."""
+    """Return what standing takes of the most loaded joint; None where the trace has no robot."""
     try:
         recorded = RecordedRobot.of(trace)
         torque = np.array(standing_torque(recorded.robot))
@@ -220,14 +218,14 @@ def advice(
 
 
 def _slips(slip: Slip) -> bool:
-    """Return whether slip explains that a robot makes little way, or turns little."""
+    """Return whether slip explains that a robot moves or turns too little."""
     if slip.total is None:
         return math.fsum(slip.distance.values()) >= MUCH_SLIP_PATH
     return slip.total >= MUCH_SLIP
 
 
 def _mu(scene: SceneSettings | None) -> str:
-    """Return the run's friction coefficient in words, where its scene tells it."""
+    """Return the run's friction coefficient as text, where its scene is known."""
     if scene is None:
         return ""
     friction = scene.contact.friction

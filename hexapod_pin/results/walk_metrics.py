@@ -73,7 +73,8 @@ class WalkMetrics(Record):
                 controller, 0 where it has none.
 
         Raises:
-            ParameterError: the run is too short for one whole cycle; says how long it must be.
+            ParameterError: the run is too short for one whole cycle; the error names the
+                duration needed.
         """
         budget = torque_budget(summary)
         planned = summary.run.walk.turn_rate if turn_rate is None else turn_rate
@@ -99,8 +100,8 @@ def _feet(summary: Summary, budget: TorqueBudget) -> dict[str, float | None]:
     slip = float(summary.slip_distance.sum())
     return {
         "slip_distance": slip,
-        "slip_per_metre": _per_way(slip, budget),
-        "friction_work_per_metre": _per_way(float(summary.friction_work.sum()), budget),
+        "slip_per_metre": _per_distance(slip, budget),
+        "friction_work_per_metre": _per_distance(float(summary.friction_work.sum()), budget),
         "force_peak": _largest(summary.force_peak),
         "normal_impulse": _largest(summary.normal_impulse),
     }
@@ -115,8 +116,8 @@ def _drives(summary: Summary, budget: TorqueBudget) -> dict[str, float | None]:
     return {
         "torque_rms": float(np.sqrt(np.mean(summary.torque_rms**2))),
         "torque_peak": _largest(summary.torque_peak),
-        "energy_per_metre": _per_way(budget.absolute_energy, budget),
-        "positive_energy_per_metre": _per_way(budget.positive_energy, budget),
+        "energy_per_metre": _per_distance(budget.absolute_energy, budget),
+        "positive_energy_per_metre": _per_distance(budget.positive_energy, budget),
         "cost_of_transport": budget.cost_of_transport,
         "cost_of_transport_positive": budget.cost_of_transport_positive,
     }
@@ -136,8 +137,8 @@ def _way(summary: Summary, turn_rate: float) -> dict[str, float | None]:
     }
 
 
-def _per_way(value: float, budget: TorqueBudget) -> float | None:
-    """Return a number per cycle as one per metre; None where the robot makes no way forward."""
+def _per_distance(value: float, budget: TorqueBudget) -> float | None:
+    """Return a number per cycle as one per metre; None where the robot does not move forward."""
     return value / budget.distance if budget.makes_way and budget.distance else None
 
 

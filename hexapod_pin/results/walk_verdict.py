@@ -1,4 +1,4 @@
-"""A verdict says whether a robot walks, from a trace or a summary, in one line of text."""
+"""Whether a robot walks, from a trace or a summary, in one line of text."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.travelled_path import (
     SUNK,
-    SUNK_WORDS,
+    SUNK_TEXT,
     TIPPED,
-    TIPPED_WORDS,
+    TIPPED_TEXT,
     Fall,
     TravelledPath,
     find_fall,
@@ -33,15 +33,15 @@ from hexapod_pin.results.walk_causes import (
 )
 
 LEAST_SHARE = 0.8
-"""Share of the planned way, and of the planned yaw, from which a robot walks."""
+"""Fraction of the planned distance, and of the planned yaw, from which a robot walks."""
 
 
 @dataclass(frozen=True, eq=False)
 class WalkVerdict(Immutable):
     """What a run comes to as a walk; lengths in metres, angles in radians.
 
-    A robot walks that makes at least 80 % of the planned way and of the planned yaw, does not fall
-    and does not touch the ground with its trunk. Where nothing is planned (a posture that is held),
+    A robot walks that makes at least 80 % of the planned distance and yaw, does not fall and does
+    not touch the ground with its trunk. Where nothing is planned (a posture that is held),
     or too little to be judged (less than a quarter of a stroke), only the latter count.
 
     Attributes:
@@ -55,15 +55,15 @@ class WalkVerdict(Immutable):
         at_torque_limit: the joint longest at its torque limit, of the whole run.
         at_speed_limit: the joint longest at its velocity limit, of the whole run.
         lag: the joint farthest from its set-point; `share` is the RMS distance [rad].
-        accuracy: error in positions that was asked for [m and rad]; None with fixed steps.
+        accuracy: requested error in positions [m and rad]; None with fixed steps.
         step: of a fixed-step method [s]; None where steps adapt.
         step_error: largest error of one step, estimated [m and rad]; None with fixed steps.
         error_estimate: how far any position may be off [m and rad]; None where it is not known.
-        accuracy_kept: whether what was asked is kept.
+        accuracy_kept: whether the error is within the accuracy requested.
         needs: for how long the run must last to hold one whole cycle [s]; None where it does, or
             nothing repeats.
         prescribed: whether joints follow the plan exactly: limits do not act.
-        holds: whether a posture is held: no way is asked for.
+        holds: whether a posture is held: no motion is planned.
         reason: why it does not walk; empty where it does.
         advice: what to change; empty where it walks.
     """
@@ -128,11 +128,11 @@ def walk_verdict(trace: Trace) -> WalkVerdict:
         >>> print(verdict.line)
         >>> assert verdict.walks, verdict.advice
     """
-    way, fall, events = travelled_path(trace), find_fall(trace), trace.events
+    path, fall, events = travelled_path(trace), find_fall(trace), trace.events
     touches = [event for event in events if event.kind == "trunk-contact"]
-    slip = slip_of(trace, way.nominal_speed)
+    slip = slip_of(trace, path.nominal_speed)
     torque, speed, behind = at_torque_limit(trace), at_speed_limit(trace), lag(trace)
-    reason = why_it_does_not_walk(way, fall, touches)
+    reason = why_it_does_not_walk(path, fall, touches)
     hint = ""
     if reason:
         at_start = bool(touches) and touches[0].time <= float(trace.time[0])
@@ -142,25 +142,25 @@ def walk_verdict(trace: Trace) -> WalkVerdict:
     numerics = trace.run.numerics
     error = trace.step_error
     return WalkVerdict(
-        robot_name=trace.run.robot.name, travel=way, fall=fall,
+        robot_name=trace.run.robot.name, travel=path, fall=fall,
         trunk_contact=touches[0] if touches else None, trunk_contacts=len(touches), slip=slip,
         at_torque_limit=torque, at_speed_limit=speed, lag=behind,
         accuracy=numerics.accuracy or None,
         step=None if numerics.accuracy else numerics.step,
         step_error=None if math.isnan(error) else error,
         error_estimate=None if trace.error is None else trace.error_estimate,
-        accuracy_kept=trace.accuracy_kept, needs=_needs(trace, way),
+        accuracy_kept=trace.accuracy_kept, needs=_needs(trace, path),
         prescribed=trace.run.prescribed,
         holds=trace.run.case.controller.get("kind") == "hold",
         reason=reason, advice=hint,
     )  # fmt: skip
 
 
-def why_it_does_not_walk(way: TravelledPath, fall: Fall | None, touches: Sequence[Event]) -> str:
+def why_it_does_not_walk(path: TravelledPath, fall: Fall | None, touches: Sequence[Event]) -> str:
     """Return why a robot does not walk; empty where it does.
 
     Args:
-        way: made and planned.
+        path: made and planned.
         fall: the first one.
         touches: contacts of the trunk with the ground, in the order of time.
     """
@@ -168,16 +168,16 @@ def why_it_does_not_walk(way: TravelledPath, fall: Fall | None, touches: Sequenc
         return f"it fell: {fall.how} at {fall.time:.3g} s"
     if touches:
         return f"its trunk touched the ground at {touches[0].time:.3g} s ({touches[0].what})"
-    for share, what in ((way.speed_share, "speed"), (way.turn_share, "yaw rate")):
+    for share, what in ((path.speed_share, "speed"), (path.turn_share, "yaw rate")):
         if share is not None and not share >= LEAST_SHARE:
             return f"it makes {share:.0%} of the nominal {what}, less than {LEAST_SHARE:.0%}"
     return ""
 
 
-def _needs(trace: Trace, way: TravelledPath) -> float | None:
+def _needs(trace: Trace, path: TravelledPath) -> float | None:
     """Return the shortest duration that holds a whole cycle [s], where this run is shorter."""
     cycle = trace.run.walk.cycle_time
-    if cycle is None or way.cycles is not None:
+    if cycle is None or path.cycles is not None:
         return None
     least = trace.run.walk.steady_from + cycle
     return least if float(trace.time[-1]) < least else None
@@ -188,14 +188,14 @@ def _needs(trace: Trace, way: TravelledPath) -> float | None:
 SLIPS = 0.05
 """Slip of a foot per metre travelled from which it is named [m/m]."""
 
-EPSILON_WAY = 1e-12
-"""Planned way and yaw that are none [m, rad]."""
+EPSILON = 1e-12
+"""Planned distance and yaw that are none [m, rad]."""
 
 
 def verdict_line(verdict: WalkVerdict) -> str:
     """Return the verdict in one line, its parts separated by semicolons."""
     parts = [
-        *_way(verdict),
+        *_distance(verdict),
         "did not fall" if verdict.fall is None
         else f"fell at {verdict.fall.time:.3g} s ({verdict.fall.how})",
         _trunk(verdict), _slip(verdict), _limits(verdict), _accuracy(verdict),
@@ -204,36 +204,37 @@ def verdict_line(verdict: WalkVerdict) -> str:
 
 
 def _head(verdict: WalkVerdict) -> str:
-    way = verdict.travel
-    if way.speed_share is not None or way.turn_share is not None:
+    path = verdict.travel
+    if path.speed_share is not None or path.turn_share is not None:
         return "walks" if verdict.walks else "does not walk"
     if verdict.holds:
         return "stands" if verdict.walks else "does not stand"
     return "stays on its feet" if verdict.walks else "does not stay on its feet"
 
 
-def _way(verdict: WalkVerdict) -> list[str]:
-    """Return way and yaw, and over which time."""
-    way = verdict.travel
-    time = f"{way.end - way.start:.4g} s"
-    steady = "" if way.cycles is None else f" ({way.cycles} steady cycle{'s' * (way.cycles > 1)})"
+def _distance(verdict: WalkVerdict) -> list[str]:
+    """Return distance and yaw, and over which time."""
+    path = verdict.travel
+    time = f"{path.end - path.start:.4g} s"
+    count = path.cycles
+    steady = "" if count is None else f" ({count} steady cycle{'s' * (count > 1)})"
     found = []
-    if way.speed_share is not None:
+    if path.speed_share is not None:
         found.append(
-            f"{way.travelled_distance:.4g} m in {time}{steady}, {way.speed_share:.1%} of the "
-            f"nominal {way.nominal_speed:.4g} m/s"
+            f"{path.travelled_distance:.4g} m in {time}{steady}, {path.speed_share:.1%} of the "
+            f"nominal {path.nominal_speed:.4g} m/s"
         )
-    elif way.planned_distance > EPSILON_WAY:
+    elif path.planned_distance > EPSILON:
         found.append(
-            f"{way.travelled_distance:.2g} m of {way.planned_distance:.2g} m in {time}: "
+            f"{path.travelled_distance:.2g} m of {path.planned_distance:.2g} m in {time}: "
             "too short for a speed"
         )
-    yaw, planned = math.degrees(way.turn), math.degrees(way.planned_turn)
-    if way.turn_share is not None:
+    yaw, planned = math.degrees(path.turn), math.degrees(path.planned_turn)
+    if path.turn_share is not None:
         span = "" if found else f" in {time}{steady}"
-        found.append(f"yaw {yaw:.3g} deg{span}, {way.turn_share:.1%} of the nominal {planned:.3g}")
+        found.append(f"yaw {yaw:.3g} deg{span}, {path.turn_share:.1%} of the nominal {planned:.3g}")
     else:
-        found.append(f"yaw off by {math.degrees(way.yaw_error):.2g} deg")
+        found.append(f"yaw off by {math.degrees(path.yaw_error):.2g} deg")
     if verdict.needs is not None:
         found.append(
             f"the whole run is judged: no whole cycle of steady walking, that takes "
@@ -285,13 +286,14 @@ def _share(what: str, share: JointShare) -> str:
 def _accuracy(verdict: WalkVerdict) -> str:
     if verdict.accuracy is None or verdict.step_error is None:
         return "" if verdict.step is None else f"step {verdict.step:g} s"
-    asked = f"accuracy {verdict.accuracy:g} asked"
+    accuracy = f"accuracy {verdict.accuracy:g} requested"
     if verdict.error_estimate is None:
-        return f"{asked}, {verdict.step_error:.1e} reached in a step"
-    return f"{asked}, {'' if verdict.accuracy_kept else 'NOT '}kept: {verdict.error_estimate:.1e}"
+        return f"{accuracy}, {verdict.step_error:.1e} reached in a step"
+    met = "met" if verdict.accuracy_kept else "NOT met"
+    return f"{accuracy}, {met}: {verdict.error_estimate:.1e}"
 
 
-# Does it walk? As far as a summary can say, which keeps no samples.
+# Whether a run walks, as far as its summary shows it.
 
 
 @dataclass(frozen=True)
@@ -299,9 +301,9 @@ class SummaryVerdict:
     """Whether a summary is that of a walk.
 
     Attributes:
-        walks: whether it walks as `WalkVerdict.walks` says; None where it cannot be judged.
+        walks: as `WalkVerdict.walks`; None where it cannot be judged.
         reason: why it does not walk, or cannot be judged; empty where it walks.
-        speed_share: way over planned way [-]; NaN where none was planned.
+        speed_share: distance over planned distance [-]; NaN where none was planned.
         turn_share: yaw over planned yaw [-]; NaN where less than 2 degrees were planned.
     """
 
@@ -314,22 +316,22 @@ class SummaryVerdict:
 def summary_verdict(summary: Summary) -> SummaryVerdict:
     """Return whether a run walks as planned, judged over its whole cycles by its summary.
 
-    The rule is that of `walk_verdict`: at least 80 % of the planned way and yaw, no fall, no
+    The rule is that of `walk_verdict`: at least 80 % of the planned distance and yaw, no fall, no
     contact of the trunk. Of falls a summary shows those that last into its window: a trunk that
     leans by 45 degrees, against gravity; on level ground, one that is below half of its height at
     the start; and feet that are never loaded. Without a whole cycle of a gait nothing is judged.
     """
     touches = [event for event in summary.events if event.kind == "trunk-contact"]
-    way = summary_way(summary)
-    reason = why_it_does_not_walk(way, summary_fall(summary), touches)
+    path = summary_path(summary)
+    reason = why_it_does_not_walk(path, summary_fall(summary), touches)
     walks: bool | None = not reason
-    if not reason and _needs_cycle(summary):
+    if not reason and summary.run.walk.cycle_time is not None and not summary.cycles:
         walks, reason = None, "the run holds no whole cycle of steady walking: not judged"
-    return SummaryVerdict(walks, reason, _number(way.speed_share), _number(way.turn_share))
+    return SummaryVerdict(walks, reason, _number(path.speed_share), _number(path.turn_share))
 
 
-def summary_way(summary: Summary) -> TravelledPath:
-    """Return way and yaw over the whole cycles of a summary, planned and made; nil without."""
+def summary_path(summary: Summary) -> TravelledPath:
+    """Return distance and yaw over the whole cycles of a summary, planned and made; 0 without."""
     walk, distance = summary.run.walk, summary.distance
     if distance is None:
         return TravelledPath(summary.start, summary.end, None, 0.0, 0.0, 0.0, 0.0)
@@ -349,17 +351,13 @@ def summary_fall(summary: Summary) -> Fall | None:
     start = summary.run.level_start
     lean = max(abs(summary.roll_peak), abs(summary.pitch_peak))
     if lean > TIPPED:
-        return Fall(summary.end, TIPPED_WORDS)
+        return Fall(summary.end, TIPPED_TEXT)
     if start is not None:
         height = summary.height_min - start.ground
         if height < SUNK * (start.trunk - start.ground):
-            return Fall(summary.end, SUNK_WORDS)
+            return Fall(summary.end, SUNK_TEXT)
     feet = summary.loaded_time
     return Fall(summary.end, "no foot is on the ground") if feet.size and not feet.any() else None
-
-
-def _needs_cycle(summary: Summary) -> bool:
-    return summary.run.walk.cycle_time is not None and not summary.cycles
 
 
 def _number(share: float | None) -> float:

@@ -43,16 +43,16 @@ WIDTHS = (2.4, 0.9, 1.2)
 """Of their curves: the first two nearly coincide."""
 
 POLYGONS, MOST_POLYGONS = 3, 1000
-"""Support polygons in the top view, where none is asked for and at most."""
+"""Support polygons in the top view, by default and at most."""
 
 
 @checked
 def write_mass_center_figure(trace: Trace, path: str | Path, *, polygons: int = POLYGONS) -> Path:
-    """Draw the way of the centre of mass into a file, and return its path.
+    """Draw the path of the centre of mass into a file, and return its path.
 
     Its coordinates over the whole run with the steady window shaded; of the window its excursion
     from the mean straight line, the margins of stability with their least values marked, and its
-    way from above with the support polygon at some instants.
+    path from above with the support polygon at some instants.
 
     Args:
         trace: of a run; must hold its feet's radii.
@@ -122,7 +122,7 @@ def _draw_margins(axes: Axes, found: Stability) -> None:
 
 
 def _draw_from_above(axes: Axes, trace: Trace, found: Stability, polygons: int) -> None:
-    """Draw the way and the support polygons in world x and y, to scale."""
+    """Draw the path and the support polygons in world x and y, to scale."""
     window = found.window.samples
     place, points = 1e3 * found.com[:, :2], 1e3 * contact_points(trace)[window, :, :2]
     down = trace.contact[window]
@@ -260,11 +260,11 @@ def _last_cycle(trace: Trace) -> Cycle:
         raise ParameterError("trace.run.walk.cycle_time", None, "of a walk that repeats [s]")
     length = cycle_of(window)
     since = moments.time - (window.end - length)
-    kept = since > 0.0
-    ends = moments.ends[kept]
+    inside = since > 0.0
+    ends = moments.ends[inside]
     angle = 0.5 * (trace.q[ends, 7:] + trace.q[ends - 1, 7:])
     return Cycle(
-        length, since[kept] / length, angle, moments.axis_torque[kept], moments.moment[kept]
+        length, since[inside] / length, angle, moments.axis_torque[inside], moments.moment[inside]
     )
 
 

@@ -68,16 +68,16 @@ def _draw_bounce(axes: Axes, law: NormalLaw, mass: float, speed: float) -> None:
 def _draw_restitution(axes: Axes, law: NormalLaw, mass: float) -> None:
     axes.set_ylabel("delivered restitution")
     axes.set_ylim(0.0, 1.0)
-    if not isinstance(law, Restitution):  # nothing was asked for
+    if not isinstance(law, Restitution):  # no restitution was requested
         speeds = np.geomspace(1e-2, 1.0, 25)
         axes.semilogx(speeds, [bounce(law, mass=mass, speed=v).restitution for v in speeds])
         axes.set_xlabel("approach speed [m/s]")
         return
-    asked = np.linspace(0.05, 1.0, 39)
+    requested = np.linspace(0.05, 1.0, 39)
     for name, eta in DAMPING_RATIO.items():
         own = name == law.model
-        delivered = [delivered_restitution(eta(float(e))) for e in asked]
-        axes.plot(asked, delivered, label=name, lw=2.5 if own else 0.8, zorder=3 if own else 2)
+        delivered = [delivered_restitution(eta(float(e))) for e in requested]
+        axes.plot(requested, delivered, label=name, lw=2.5 if own else 0.8, zorder=3 if own else 2)
     axes.plot(law.restitution, law.delivered, "ko", zorder=4)
     axes.set_xlabel("requested restitution")
     axes.legend(fontsize="x-small")

@@ -43,11 +43,11 @@ def figure_format(path: str | Path) -> str:
     return found
 
 
-def require_matplotlib(wanted: str) -> None:
+def require_matplotlib(figure: str) -> None:
     """Refuse a figure or a report, before it is computed, where nothing can draw it.
 
     Args:
-        wanted: what is to be drawn, for the message.
+        figure: what is to be drawn, for the message.
 
     Raises:
         MissingPackageError: matplotlib is not installed.
@@ -56,7 +56,7 @@ def require_matplotlib(wanted: str) -> None:
     try:
         import matplotlib  # noqa: F401
     except ImportError as error:
-        raise MissingPackageError("matplotlib", "plot", wanted) from error
+        raise MissingPackageError("matplotlib", "plot", figure) from error
     except ValueError as error:
         given, hint = os.environ.get("MPLBACKEND", ""), "Unset it: figures need no backend here."
         raise ParameterError("MPLBACKEND", given, "a backend of matplotlib", hint) from error

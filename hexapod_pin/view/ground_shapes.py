@@ -112,7 +112,7 @@ PATCH_CELLS = 24  # along a side of a patch's outline
 
 
 def terrain_of(trace: Trace) -> AnyTerrain | None:
-    """Return the ground a trace was made on; None for a trace that does not say.
+    """Return the ground a trace was made on; None for a trace without a scene.
 
     Raises:
         ParameterError: the trace's scene is not readable.

@@ -55,7 +55,7 @@ def write_html(
     Args:
         trace: what to show.
         path: the file; an old one is replaced, or left alone where anything fails.
-        fps: pictures per simulated second; fewer, as the caption then says, where the file would
+        fps: pictures per simulated second; fewer, with a note in the caption, where the file would
             pass `PAGE_BYTES` (10 MB). From 1e-3 to 1e6; never more than there are samples.
         force_scale: length of a force arrow, 1e-9 to 1e3 [m/N]; None fits it to the robot's weight.
         package_path: folders that hold ROS packages: where to look for meshes first.
@@ -178,7 +178,7 @@ def live_viewer(
 def _caption(trace: Trace, force_scale: float | None, rate: str) -> str:
     """Return, as HTML, what the picture shows, and folded up what of it is assumed.
 
-    `rate` says, as HTML, where there are fewer pictures than asked for.
+    `rate` is a note, as HTML, where there are fewer pictures than requested.
     """
     scale = Sizes.of(trace, force_scale).force_scale
     span = trace.time[-1] - trace.time[0]

@@ -62,7 +62,7 @@ class _Application(tornado.web.Application):
         self._sockets, self.server = sockets, tornado.httpserver.HTTPServer(self)
 
     def listen(self, *_: Any, **__: Any) -> tornado.httpserver.HTTPServer:
-        """Answer on the sockets, whatever port is asked for."""
+        """Answer on the sockets, whatever port is requested."""
         self.server.add_sockets(self._sockets)
         return self.server
 
@@ -172,9 +172,9 @@ class LiveViewer:
         asyncio.set_event_loop(loop)
         with contextlib.closing(loop):
             try:
-                door = socket.create_server((LOOPBACK, self._port))
-                door.setblocking(False)
-                bridge = _Bridge(self._commands, [door])
+                server = socket.create_server((LOOPBACK, self._port))
+                server.setblocking(False)
+                bridge = _Bridge(self._commands, [server])
             except (OSError, zmq.ZMQError) as error:
                 self._failure = f"port {self._port} of {LOOPBACK}: {error}"
                 self._ready.set()

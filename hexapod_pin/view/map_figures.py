@@ -174,11 +174,11 @@ def _require(found: TorqueMap, quantity: str, known: dict[str, str]) -> None:
         raise ParameterError("found", found.reason.flat[0], "a map with a point that was walked")
 
 
-def _nearest(values: Array, wanted: Sequence[float] | None) -> list[int]:
-    """Return where values next to the wanted ones are; evenly spread ones without."""
-    if wanted is None:
+def _nearest(values: Array, chosen: Sequence[float] | None) -> list[int]:
+    """Return where the values nearest to the chosen ones are; evenly spread ones without."""
+    if chosen is None:
         return sorted({round(k) for k in np.linspace(0, len(values) - 1, CURVES)})
-    return sorted({int(np.argmin(np.abs(values - one))) for one in wanted})
+    return sorted({int(np.argmin(np.abs(values - one))) for one in chosen})
 
 
 def _edges(centres: Array) -> Array:

@@ -63,7 +63,7 @@ class MeshStore:
         )
 
 
-# Meshes small enough for a picture: vertices merged, triangles reduced, creases kept sharp.
+# Meshes small enough for a picture: vertices merged, triangles reduced, creases left sharp.
 
 Faces = npt.NDArray[np.int64]
 

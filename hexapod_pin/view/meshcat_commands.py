@@ -59,7 +59,7 @@ def line_segments(
 
 
 def text_object(path: str, text: str, side: float, rotation: Array) -> Command:
-    """Return the command that writes a text on a transparent square of `side` [m].
+    """Return the command that writes text on a transparent square of `side` [m].
 
     The square's normal is its z axis, the text's upward direction its y axis; `rotation` (3, 3)
     takes them to the axes of the path.

@@ -67,22 +67,22 @@ class Block(Protocol):
         """Print it below what is on paper so far."""
 
 
-def require_report(wanted: str, ending: str) -> None:
+def require_report(report: str, ending: str) -> None:
     """Refuse a report, before anything is computed for it, where a package is missing.
 
     Args:
-        wanted: the report, for the message.
+        report: its name, for the message.
         ending: of its file.
 
     Raises:
         MissingPackageError: matplotlib, or fpdf2 for a PDF file, is not installed.
     """
-    require_matplotlib(wanted)
+    require_matplotlib(report)
     if ending == ".pdf":
         try:
             import fpdf  # noqa: F401
         except ImportError as error:
-            raise MissingPackageError("fpdf2", "plot", wanted) from error
+            raise MissingPackageError("fpdf2", "plot", report) from error
 
 
 def report_bytes(blocks: Sequence[Block], ending: str) -> bytes:
@@ -258,7 +258,7 @@ class Column(NamedTuple):
 
     Attributes:
         title: with its unit.
-        wide: whether it holds texts that may be broken into lines; others hold short words and
+        wide: whether its texts may be broken into lines; others hold short words and
             numbers, and are aligned to the right.
     """
 

@@ -92,7 +92,7 @@ class Paper(FPDF):
         self.cell(0.0, 10.0, f"page {self.page_no()} of {COUNT}", align="R")
 
     def plain(self, text: str) -> str:
-        """Return a text in one line, with a box for what the font lacks."""
+        """Return text in one line, with a box for what the font lacks."""
         line = " ".join(visible(text).split())
         return "".join(letter if ord(letter) in self.letters else "\N{WHITE SQUARE}"
                        for letter in line)  # fmt: skip
@@ -112,7 +112,7 @@ class Paper(FPDF):
         self.ln(6.0)
 
     def paragraph(self, text: str, *, small: bool = False) -> None:
-        """Print a text in as many lines as it takes."""
+        """Print text in as many lines as it needs."""
         self._write(text, *((SMALL, False, GREY) if small else (BODY, False, INK)))
         self.ln(4.0)
 

@@ -323,7 +323,7 @@ def _visual(
     colors: dict[str, Color],
     finder: ResourceFinder | None,
 ) -> MeshVisual:
-    """Return one mesh; an error says why it cannot be drawn."""
+    """Return one mesh; an error has the reason why it cannot be drawn."""
     shape: Any = element.find("geometry/mesh")
     name = shape.get("filename") or ""
     if finder is None:

@@ -171,12 +171,12 @@ def frame_samples(trace: Trace, fps: float) -> npt.NDArray[np.intp]:
     return np.unique(nearest_samples(time, time[0] + pictures / fps))
 
 
-def nearest_samples(time: Array, wanted: Array) -> npt.NDArray[np.intp]:
-    """Return the index of the sample nearest to each wanted time; the last one after the end."""
-    right = np.clip(np.searchsorted(time, wanted), 1, max(len(time) - 1, 1))
+def nearest_samples(time: Array, moments: Array) -> npt.NDArray[np.intp]:
+    """Return the index of the sample nearest to each moment; the last one after the end."""
+    right = np.clip(np.searchsorted(time, moments), 1, max(len(time) - 1, 1))
     left = right - 1
     right = np.minimum(right, len(time) - 1)
-    return np.where(wanted - time[left] <= time[right] - wanted, left, right)
+    return np.where(moments - time[left] <= time[right] - moments, left, right)
 
 
 def require_finite(trace: Trace, index: npt.NDArray[np.intp]) -> None:

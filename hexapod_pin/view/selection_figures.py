@@ -17,7 +17,7 @@ from hexapod_pin.results.sizing.motor_budget import motor_budget
 from hexapod_pin.results.sizing.motor_use import battery_current
 from hexapod_pin.results.sizing.motors import Motors
 from hexapod_pin.view.report import Block, Heading, Paragraph, Picture
-from hexapod_pin.view.selection_tables import WORDS, unknown_uses, use_text
+from hexapod_pin.view.selection_tables import USE_NAMES, unknown_uses, use_text
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -43,9 +43,9 @@ def draw_lasting_torque(
     demand = next(iter(demands.values())).of_kinds(tuple(motors))
     rows = [d.of_kinds(tuple(motors)) for d in demands.values()]
     rms = np.max([d.torque_rms for d in rows], axis=0)
-    held = np.array([d.standing for d in rows])
-    known = np.isfinite(held)
-    standing = np.where(known.any(axis=0), np.where(known, held, -np.inf).max(axis=0), np.nan)
+    rest = np.array([d.standing for d in rows])
+    known = np.isfinite(rest)
+    standing = np.where(known.any(axis=0), np.where(known, rest, -np.inf).max(axis=0), np.nan)
     allowed = Motors.of(demand.joint_kinds, motors, derating).continuous
     order = sorted(
         range(len(demand.joint_kinds)), key=lambda j: list(motors).index(demand.joint_kinds[j])
@@ -196,7 +196,7 @@ def _of_demands(s: MotorSelection) -> Iterator[Block]:
     yield Picture(
         partial(draw_torque_speed, s.demands, motors, s.derating, kinds),
         0.9 + 2.45 * -(-len(kinds) // PANELS_ACROSS),
-        "Torque against speed of each kind of joint on all walks, for what the walks ask with "
+        "Torque against speed of each kind of joint on all walks, for what the walks demand with "
         f"{_names(s)} in the robot; speed is positive where the joint drives, negative where it "
         "brakes. Dots: samples (one for each spot of the drawing); circles: each joint's largest "
         "torque.",
@@ -356,8 +356,8 @@ def thinned(x: Array, y: Array) -> tuple[Array, Array]:
         for v, count in zip((x, y), RASTER, strict=True)
     ]
     _, first = np.unique(spots[0] * (RASTER[1] + 1) + spots[1], return_index=True)
-    kept = np.sort(first)
-    return x[kept], y[kept]
+    chosen = np.sort(first)
+    return x[chosen], y[chosen]
 
 
 def draw_uses(candidates: Sequence[MotorCandidate], figure: FigureBase) -> None:
@@ -369,7 +369,7 @@ def draw_uses(candidates: Sequence[MotorCandidate], figure: FigureBase) -> None:
     for axes, kind in zip(grid, kinds, strict=True):
         for k, (name, color, hatch) in enumerate(BARS):
             values = np.array([getattr(c.use(kind), name) for c in candidates], dtype=float)
-            _draw_bars(axes, places + 0.2 * (k - 1.5), values, WORDS[name], color, hatch)
+            _draw_bars(axes, places + 0.2 * (k - 1.5), values, USE_NAMES[name], color, hatch)
         axes.axvline(1.0, color=RED, lw=1.6, label="limit")
         axes.set_xlim(0.0, LARGEST_SHOWN * 1.2)
         axes.set_title(kind, fontsize=9, parse_math=False)

@@ -90,7 +90,7 @@ FAILING = 10
 """Motors that do not pass and are shown with all numbers; of the others, the largest use."""
 
 REASONS = 3
-"""Reasons that are given for each motor; how many more there are is said."""
+"""Reasons that are listed for each motor; of the others the number is given."""
 
 
 def selection_blocks(s: MotorSelection, date: str | None) -> Iterator[Block]:
@@ -110,7 +110,7 @@ def selection_blocks(s: MotorSelection, date: str | None) -> Iterator[Block]:
 def _facts(s: MotorSelection, date: str | None) -> tuple[tuple[str, str], ...]:
     share = f"of it motors of {1e3 * s.contained:.3g} g each, which are replaced"
     return (
-        ("Robot", f"{s.robot_name}, {number(s.total_mass)} kg as its file says ({share})"),
+        ("Robot", f"{s.robot_name}, {number(s.total_mass)} kg as in its file ({share})"),
         ("Walks to be carried", "; ".join(s.walks) or UNKNOWN),
         (
             "Motors",

@@ -1,4 +1,4 @@
-"""A motor selection in words, numbers and tables, as its report and its figures have them."""
+"""Texts, numbers and tables of a motor selection, for its report and its figures."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     from hexapod_pin.results.motor_selection import KindUse, MotorCandidate, MotorSelection
 
 UNKNOWN = "unknown"
-"""Stands for every number that nobody knows."""
+"""Text of every number that is unknown."""
 
-WORDS = {
+USE_NAMES = {
     "peak_use": "peak torque",
     "continuous_use": "RMS torque",
     "holding_use": "holding torque",
@@ -46,10 +46,10 @@ class Deciding(NamedTuple):
 
     @property
     def text(self) -> str:
-        """What decides, in words."""
+        """What decides, as text."""
         if not self.name:
             return UNKNOWN
-        return f"{WORDS[self.name]} of the {self.kind} joints" + (
+        return f"{USE_NAMES[self.name]} of the {self.kind} joints" + (
             f" ({self.walk})" if self.walk else ""
         )
 
@@ -66,16 +66,16 @@ def deciding(uses: tuple[KindUse, ...]) -> Deciding:
 
 
 def unknown_uses(candidate: MotorCandidate) -> list[str]:
-    """Return which uses are unknown for some kind of joint, in words."""
+    """Return which uses are unknown for some kind of joint, as text."""
     return [
-        f"{WORDS[name]} ({', '.join(kinds)})"
+        f"{USE_NAMES[name]} ({', '.join(kinds)})"
         for name in USES
         if (kinds := [u.kind for u in candidate.uses if math.isnan(getattr(u, name))])
     ]
 
 
 def verdict_word(s: MotorSelection) -> str:
-    """Return the result in a word or two."""
+    """Return the result in short."""
     if not s.best.passes:
         word = "NO MOTOR PASSES"
     else:
@@ -109,7 +109,7 @@ def voltages(candidate: MotorCandidate) -> list[float]:
 
 
 def verdict_texts(s: MotorSelection) -> tuple[str, ...]:
-    """Return the verdict: the choice with its margin, how sure it is, and what is missing."""
+    """Return the verdict: the choice with its margin, its confidence, and what is missing."""
     best, most = s.best, deciding(s.best.uses)
     walks = "the walk" if len(s.walks) == 1 else f"all {len(s.walks)} walks"
     if best.passes:
@@ -298,7 +298,7 @@ def ranking_tables(
 def _ranking_table(
     s: MotorSelection, candidates: Sequence[MotorCandidate], kinds: Sequence[str], whole: bool
 ) -> Table:
-    """Return one table; uses that are unknown of all its motors are said below it."""
+    """Return one table; uses that are unknown of all its motors are listed below it."""
     shown = {
         kind: [n for n in USES if any(not math.isnan(_use(c, kind, n)) for c in candidates)]
         for kind in kinds
@@ -342,7 +342,7 @@ def _use(candidate: MotorCandidate, kind: str, name: str) -> float:
 
 
 def data_sheet_table(records: Sequence[MotorRecord]) -> Table:
-    """Return what the data sheets tell of motors, a column each."""
+    """Return what the data sheets give of motors, a column each."""
     columns = (Column("Quantity", wide=True), *(Column(r.name, wide=True) for r in records))
     rows = tuple(
         (Cell(label), *(Cell(_value(record, name, scale)) for record in records))

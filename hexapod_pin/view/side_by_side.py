@@ -53,13 +53,13 @@ def write_side_by_side(
 
     Each run has a lane of its own, with its ground and its name; the first is on the left. Lanes
     lie beside each other in y, or in x where the runs go further along y. The camera looks from
-    behind and follows the mean of all trunks horizontally, so that who is ahead is seen to be. A
+    behind and follows the mean of all trunks horizontally, so that the robot ahead is seen ahead. A
     run that ends before the others stands still from then on. Guarantees are those of `write_html`.
 
     Args:
         traces: what to show, by name.
         path: the file; an old one is replaced, or left alone where anything fails.
-        fps: pictures per simulated second; fewer, as the caption then says, where the file would
+        fps: pictures per simulated second; fewer, with a note in the caption, where the file would
             pass `PAGE_BYTES` (10 MB). From 1e-3 to 1e6; never more than there are samples.
         force_scale: length of a force arrow, 1e-9 to 1e3 [m/N], the same in all runs; None fits it
             to the first robot's weight.
@@ -101,7 +101,7 @@ def write_side_by_side(
 
 @contextlib.contextmanager
 def _naming(run: str) -> Iterator[None]:
-    """Put the run's name in front of what a viewer says of it."""
+    """Put the run's name in front of a note on it."""
     try:
         yield
     except ViewerError as error:
@@ -166,8 +166,8 @@ def _travel(traces: Mapping[str, Trace]) -> Array:
         raise ParameterError("traces", traces, "at least one, by name")
     path = np.concatenate([trace.q[:, :2] for trace in traces.values()])
     axis = int(np.ptp(path[:, 1]) > np.ptp(path[:, 0]))
-    way = sum(float(trace.q[-1, axis] - trace.q[0, axis]) for trace in traces.values())
-    return np.asarray(np.eye(3)[axis] * (-1.0 if way < 0.0 else 1.0))
+    distance = sum(float(trace.q[-1, axis] - trace.q[0, axis]) for trace in traces.values())
+    return np.asarray(np.eye(3)[axis] * (-1.0 if distance < 0.0 else 1.0))
 
 
 def _lanes(
@@ -225,9 +225,9 @@ def _upright(normal: Array) -> Array:
 
 
 def _caption(lanes: list[_Lane], rate: str) -> str:
-    """Return, as HTML, who is where, what the picture shows, and what of it is assumed.
+    """Return, as HTML, which robot is where, what the picture shows, and what of it is assumed.
 
-    `rate` says, as HTML, where there are fewer pictures than asked for.
+    `rate` is a note, as HTML, where there are fewer pictures than requested.
     """
     longest = max(_length(lane.trace) for lane in lanes)
     names = []

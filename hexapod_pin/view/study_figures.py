@@ -11,7 +11,8 @@ import numpy as np
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.atomic_file import write_atomically
-from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.results.schema import require_known
 from hexapod_pin.results.walk_metrics import CONFIDENCE, METRICS
 from hexapod_pin.view.figure_file import figure_bytes, figure_format, save_figure
 
@@ -62,8 +63,7 @@ def draw_comparison(comparison: Comparison, *, metrics: Sequence[str] | None = N
     from matplotlib.figure import Figure
 
     for name in metrics or ():
-        if name not in METRICS:
-            raise UnknownNameError("metric", name, list(METRICS))
+        require_known("metric", name, METRICS)
     shown = [name for name in metrics or METRICS if _changed(comparison, name)]
     if not shown:
         raise ParameterError(
@@ -241,12 +241,12 @@ def _lines(found: SweepNumbers, item: dict[str, Any]) -> Figure:
     figure = Figure(figsize=(1.0 + 3.4 * len(kinds), 3.8), layout="constrained")
     panels = figure.subplots(1, len(kinds), squeeze=False, sharey=True)[0]
     for k, (axes, kind) in enumerate(zip(panels, kinds, strict=True)):
-        for name, (line, words) in LINES.items():
+        for name, (line, label) in LINES.items():
             cells = [found.columns[name].values[across == x, k] for x in points]
             low, middle, high = np.array(
                 [_percentiles(c, (BAND[0], 50.0, BAND[1])) for c in cells]
             ).T
-            axes.plot(points, middle, line, color=f"C{k}", marker=".", label=words)
+            axes.plot(points, middle, line, color=f"C{k}", marker=".", label=label)
             if max(map(len, cells)) > 1:
                 axes.fill_between(points, low, high, color=f"C{k}", alpha=0.2, lw=0)
         axes.set_title(kind, fontsize="medium")

@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from hexapod_pin.arguments import checked
-from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.joint_budget import joint_kinds
 from hexapod_pin.results.joint_moments import joint_moments
 from hexapod_pin.results.recorded_robot import RecordedRobot
+from hexapod_pin.results.schema import require_known
 from hexapod_pin.results.steady_window import Window, steady_window
 from hexapod_pin.view.figure_file import figure_format, save_figure
 
@@ -72,16 +73,16 @@ def draw_joint_motion(
     trace: Trace, legs: Sequence[str] | None = None, *, cycles: int = 2
 ) -> Figure:
     """Return the figure; arguments and errors as `write_joint_motion_figure`."""
-    shown, kept = legs_of(trace, legs), first_cycles(trace, cycles)
-    time = trace.time[kept]
+    shown, inside = legs_of(trace, legs), first_cycles(trace, cycles)
+    time = trace.time[inside]
     figure, panels = leg_grid(shown, 2, 1.6)
     for leg, (above, below) in zip(shown, panels, strict=True):
         for axes in (above, below):
-            shade_stance(axes, time, trace.contact[kept, leg.foot])
+            shade_stance(axes, time, trace.contact[inside, leg.foot])
         for k, joint in enumerate(leg.joints):
-            angle = SIGNS[k] * np.degrees(trace.q[kept, 7 + joint])
+            angle = SIGNS[k] * np.degrees(trace.q[inside, 7 + joint])
             angle -= TIBIA_REFERENCE if KINDS[k] == "tibia" else 0.0
-            rate = SIGNS[k] * np.degrees(trace.v[kept, 6 + joint])
+            rate = SIGNS[k] * np.degrees(trace.v[inside, 6 + joint])
             line, color = LINES[k], COLORS[k]
             above.plot(time, angle, line, color=color, lw=1.3, label=f"{KINDS[k]} {ANGLES[k]}")
             below.plot(time, rate, line, color=color, lw=1.3, label=RATES[k])
@@ -131,15 +132,15 @@ def draw_joint_torques(
     points: float | None = None,
 ) -> Figure:
     """Return the figure; arguments and errors as `write_joint_torque_figure`."""
-    shown, kept = legs_of(trace, legs), first_cycles(trace, cycles)
+    shown, inside = legs_of(trace, legs), first_cycles(trace, cycles)
     moments = joint_moments(trace)
-    count = kept.stop - kept.start - 1
+    count = inside.stop - inside.start - 1
     time = moments.time[:count]
-    every = _stride(trace, kept, points)
+    every = _stride(trace, inside, points)
     figure, panels = leg_grid(shown, 2, 1.7)
     for leg, own in zip(shown, panels, strict=True):
         for axes, values in zip(own, (moments.axis_torque, moments.moment), strict=True):
-            shade_stance(axes, trace.time[kept], trace.contact[kept, leg.foot])
+            shade_stance(axes, trace.time[inside], trace.contact[inside, leg.foot])
             for k, joint in enumerate(leg.joints):
                 drawn, label = values[:count, joint], f"joint {k + 1} ({KINDS[k]})"
                 axes.plot(time, drawn, color=COLORS[k], lw=0.9, label=label)
@@ -152,11 +153,11 @@ def draw_joint_torques(
     return figure
 
 
-def _stride(trace: Trace, kept: slice, points: float | None) -> int:
+def _stride(trace: Trace, inside: slice, points: float | None) -> int:
     """Return how many samples lie between points; 0 without points."""
     if points is None:
         return 0
-    spacing = float(np.mean(np.diff(trace.time[kept])))
+    spacing = float(np.mean(np.diff(trace.time[inside])))
     every = round(points / spacing)
     if every < 1:
         raise ParameterError("points", points, f"the samples' spacing, {spacing:.4g} s, or more")
@@ -223,8 +224,7 @@ def legs_of(trace: Trace, names: Sequence[str] | None = None) -> list[Leg]:
             "trace.joint_names", trace.joint_names, "legs of coxa, femur (and tibia)"
         )
     for name in names or ():
-        if name not in found:
-            raise UnknownNameError("leg", name, list(found))
+        require_known("leg", name, found)
     return [found[name] for name in (names or found)]
 
 
@@ -236,7 +236,7 @@ def first_cycles(trace: Trace, cycles: int | None) -> slice:
         cycles: how many; None: all.
 
     Raises:
-        ParameterError: fewer than one cycle is asked for, or the run is too short for one.
+        ParameterError: fewer than one cycle is requested, or the run is too short for one.
     """
     if cycles is not None and cycles < 1:
         raise ParameterError("cycles", cycles, "1 or more, or None")

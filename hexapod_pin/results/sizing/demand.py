@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hexapod_pin.arrays import Array, read_only
-from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.joint_budget import joint_kinds as kinds_by_name
-from hexapod_pin.results.schema import Record, quantity, schema
+from hexapod_pin.results.sampled_summary import sampled_numbers, time_weights
+from hexapod_pin.results.schema import Record, quantity, require_known, schema
 from hexapod_pin.results.torque_budget import SAMPLES
 
 
@@ -119,7 +120,7 @@ class JointDemand(Record):
             torque: at the joints [N m]. Shape (T, n).
             speed: signed [rad/s]. Shape (T, n).
             joint_names: n names; None: "joint 1", ...
-            joint_kinds: of the joints; None: as their names tell.
+            joint_kinds: of the joints; None: from their names.
             cycles: how often the motion repeats within the samples; None: not at all.
             armature: rotor inertia that the torques contain [kg m^2]; one number or (n,).
             load_inertia: [kg m^2]; one number or (n,).
@@ -160,7 +161,7 @@ class JointDemand(Record):
 
     @property
     def cost_of_transport(self) -> float | None:
-        """Mechanical work by its size / (m g d) [-], all joints; None where it makes no way."""
+        """Mechanical work by its size / (m g d) [-], all joints; None without a distance."""
         return self.per_way(float(np.sum(self.positive_energy - self.negative_energy)))
 
     @property
@@ -169,7 +170,7 @@ class JointDemand(Record):
         return self.per_way(float(np.sum(self.positive_energy)))
 
     def per_way(self, energy: float) -> float | None:
-        """Return an energy per cycle [J] over weight and way per cycle [-]; None without way."""
+        """Return an energy per cycle [J] over weight and distance [-]; None without a distance."""
         if self.distance is None or not (self.distance > 0.0 and self.weight > 0.0):
             return None
         return energy / (self.weight * self.distance)
@@ -233,16 +234,15 @@ class JointDemand(Record):
             UnknownNameError: there is no such kind.
         """
         for kind in kinds:
-            if kind not in self.joint_kinds:
-                raise UnknownNameError("kind of joint", kind, sorted(set(self.joint_kinds)))
-        kept = [j for j, kind in enumerate(self.joint_kinds) if kind in kinds]
-        samples = {k: getattr(self, k)[:, kept] for k in ("torque", "speed", "acceleration")}
+            require_known("kind of joint", kind, sorted(set(self.joint_kinds)))
+        chosen = [j for j, kind in enumerate(self.joint_kinds) if kind in kinds]
+        samples = {k: getattr(self, k)[:, chosen] for k in ("torque", "speed", "acceleration")}
         return replace(
             self,
-            joint_names=tuple(self.joint_names[j] for j in kept),
-            joint_kinds=tuple(self.joint_kinds[j] for j in kept),
+            joint_names=tuple(self.joint_names[j] for j in chosen),
+            joint_kinds=tuple(self.joint_kinds[j] for j in chosen),
             **samples,
-            **{name: getattr(self, name)[kept] for name in per_joint()},
+            **{name: getattr(self, name)[chosen] for name in per_joint()},
         )
 
 
@@ -261,49 +261,6 @@ def _per_joint(name: str, value: ArrayLike, count: int) -> Any:
     if found.shape not in ((), (count,)):
         raise ParameterError(name, found.shape, f"one number, or one for each of {count} joints")
     return np.broadcast_to(found, count).copy()
-
-
-# The numbers of each joint that samples alone tell: peaks, means, energies.
-
-
-def sampled_numbers(time: Array, torque: Array, speed: Array, parts: int) -> dict[str, Any]:
-    """Return the numbers per joint that samples alone tell; energies are over `parts`."""
-    size, power = np.abs(torque), torque * speed
-    top, joints = size.argmax(axis=0), np.arange(size.shape[1])
-    step, change = np.diff(time)[:, None], np.diff(speed, axis=0)
-    length, weights = float(time[-1] - time[0]), time_weights(time)
-    middle = 0.5 * (torque[1:] + torque[:-1])
-    return {
-        "torque_peak": size[top, joints],
-        "torque_peak_time": time[top],
-        "torque_peak_speed": speed[top, joints] * np.sign(torque[top, joints]),
-        "speed_peak": np.abs(speed).max(axis=0),
-        "torque_p99": np.percentile(size, 99.0, axis=0),
-        "torque_rms": rms(time, torque),
-        "speed_rms": rms(time, speed),
-        "acceleration_rms": np.sqrt(np.sum(change**2 / step, axis=0) / length),
-        "torque_acceleration": np.sum(middle * change, axis=0) / length,
-        "power_peak": np.abs(power).max(axis=0),
-        "positive_energy": length / parts * (weights @ np.maximum(power, 0.0)),
-        "negative_energy": length / parts * (weights @ np.minimum(power, 0.0)),
-    }
-
-
-# Means over time of samples: the trapezoidal rule, and a first-order lag gone round and round.
-
-
-def time_weights(time: Array) -> Array:
-    """Return what share of the time each sample stands for, by the trapezoidal rule (T,) [-]."""
-    step = np.diff(time)
-    weights = np.zeros(len(time))
-    weights[:-1] += 0.5 * step
-    weights[1:] += 0.5 * step
-    return np.asarray(weights / (time[-1] - time[0]))
-
-
-def rms(time: Array, values: Array) -> Array:
-    """Return the square root of the time average of the squares (T, ...) -> (...)."""
-    return np.asarray(np.sqrt(time_weights(time) @ np.square(values)))
 
 
 def largest_lagged(time: Array, values: Array, constant: float) -> Array:

@@ -13,8 +13,9 @@ from typing import Any
 from hexapod_pin.arguments import checked
 from hexapod_pin.drive.catalog import MotorRecord
 from hexapod_pin.drive.catalog.motor_record import Derating
-from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.errors import ParameterError
 from hexapod_pin.immutable import Immutable
+from hexapod_pin.results.schema import named
 from hexapod_pin.results.sizing.demand import JointDemand
 from hexapod_pin.results.sizing.motor_use import (
     UNITS,
@@ -45,7 +46,7 @@ class MotorBudget(Immutable):
         kinds: one row per kind: the worst of its joints, number by number.
         robot: the worst of all joints.
         battery: what all joints together draw.
-        demand: what it was held against.
+        demand: what the motors were compared with.
         derating: what of the data sheet was allowed.
         notes: what is assumed, estimated or unknown.
     """
@@ -75,7 +76,7 @@ class MotorBudget(Immutable):
         Raises:
             UnknownNameError: there is no such kind.
         """
-        return _row("kind of joint", name, {row.kind: row for row in self.kinds})
+        return named("kind of joint", name, {row.kind: row for row in self.kinds})
 
     def joint(self, name: str) -> MotorUse:
         """Return the row of a joint.
@@ -83,7 +84,7 @@ class MotorBudget(Immutable):
         Raises:
             UnknownNameError: there is no such joint.
         """
-        return _row("joint", name, {row.joint: row for row in self.joints})
+        return named("joint", name, {row.joint: row for row in self.joints})
 
     def to_dict(self) -> dict[str, Any]:
         """Return all numbers as plain data, `units` among it; NaN and infinities as None."""
@@ -130,7 +131,7 @@ def motor_budget(
             once).
         record: the motor of all joints, or motors by kind of joint.
         derating: what of the data sheet is allowed; None: the default.
-        kinds: kinds of joint to hold against it; None: all that turn, or those of the mapping.
+        kinds: kinds of joint to compare with it; None: all that turn, or those of the mapping.
         lost_leg: whether a joint must also hold the robot with one leg lost.
         ambient: temperature of the surroundings [deg C], *assumed*.
 
@@ -181,12 +182,6 @@ def _assumed(rows: Sequence[MotorUse], derating: Derating, ambient: float) -> It
     yield from (f"derating: {ground}" for ground in derating.evidence)
     if any(row.winding_temperature != UNKNOWN for row in rows):
         yield f"assumed: surroundings at {ambient:g} deg C; gears without losses"
-
-
-def _row(kind: str, name: str, rows: Mapping[str, MotorUse]) -> MotorUse:
-    if name not in rows:
-        raise UnknownNameError(kind, name, list(rows))
-    return rows[name]
 
 
 # A motor's budget as plain text.
@@ -311,10 +306,10 @@ def _inertia_cells(row: MotorUse, demand: JointDemand) -> Sequence[Cell]:
     )  # fmt: skip
 
 
-# The motors of a catalogue held against one run, ranked.
+# The motors of a catalogue compared with one run, ranked.
 
 CAVEAT = (
-    "Held against the run as it is: neither the motors' masses and rotors nor their lines were in "
+    "Compared with the run as it is: neither the motors' masses and rotors nor their lines were in "
     "it. `hexapod-pin select` simulates each motor with them."
 )
 
@@ -383,7 +378,7 @@ def motor_ranking(
 
     Args:
         run: a trace, or what its joints need.
-        records: rows of a catalogue; those without a torque-speed line are told apart.
+        records: rows of a catalogue; those without a torque-speed line are listed apart.
         derating: what of the data sheets is allowed; None: the default.
         source: of the catalogue, for the heading.
 
@@ -398,8 +393,8 @@ def motor_ranking(
     good = [row for row in rows if row.stall_torque and row.no_load_speed]
     found = [(motor_budget(demand, row, derating), row.mass) for row in good]
     found.sort(key=lambda item: _order(*item))
-    named = {row.name for row in good}
-    bad = tuple((row.name, str(row.unusable)) for row in rows if row.name not in named)
+    usable = {row.name for row in good}
+    bad = tuple((row.name, str(row.unusable)) for row in rows if row.name not in usable)
     return MotorRanking(demand, tuple(b for b, _ in found), tuple(m for _, m in found), bad, source)
 
 

@@ -16,7 +16,7 @@ from hexapod_pin.results.sizing.motors import Motors, gear_numbers
 from hexapod_pin.results.sizing.winding import thermal_constant, winding_temperatures
 
 UNKNOWN = "unknown"
-"""Stands where a data sheet does not tell what a number needs."""
+"""Value of a number whose input is missing in the data sheet."""
 
 USES = (
     "peak_use", "continuous_use", "thermal_use", "standing_use", "holding_use", "lost_leg_use",
@@ -29,8 +29,8 @@ USES = (
 class MotorUse(Immutable):
     """What one joint, or the worst of several, takes of a motor. A use passes at <= 1.
 
-    None: unknown, because the data sheet or the run does not tell; never taken as passed silently,
-    the budget's notes say it.
+    None: unknown, because the data sheet or the run does not contain it; it never counts as passed,
+    and the budget's notes name it.
 
     Attributes:
         joint: the joint; of several, the one with the largest deciding use.
@@ -86,7 +86,7 @@ class MotorUse(Immutable):
 
     @property
     def passes(self) -> bool:
-        """Whether every use that is asked for and known is <= 1, and the winding stays cool."""
+        """Whether every use that is required and known is <= 1, and the winding stays cool."""
         return not self.failures
 
     @property
@@ -131,7 +131,7 @@ class BatteryLoad(Immutable):
         power_mean_regeneration: what is given back counts [W].
         energy: per cycle (or window) without regeneration [J].
         energy_regeneration: the same where what is given back counts [J].
-        cost_of_transport: energy / (m g d) without regeneration [-]; None where it makes no way.
+        cost_of_transport: energy / (m g d) without regeneration [-]; None without a distance.
         cost_of_transport_regeneration: the same with it [-].
         sum_of_peaks: of the joints' own largest currents, for comparison [A].
         unknown: why there are no numbers; empty where there are.
@@ -227,7 +227,7 @@ def share_used(size: Array, allowed: Array) -> Array:
 
 
 def lasting_numbers(demand: JointDemand, motors: Motors) -> Columns:
-    """Return torques that last over what is allowed for ever, and what a lost leg asks for."""
+    """Return lasting torques over those allowed for ever, a lost leg's included."""
     moving = np.full(len(demand.joint_kinds), np.nan)
     for constant in {thermal_constant(row) for row in motors.records} - {None}:
         own = [thermal_constant(row) == constant for row in motors.records]
@@ -257,19 +257,19 @@ def _row(
     numbers: dict[str, Any] = {
         name: None if np.isnan(values[j]) else float(values[j]) for name, values in columns.items()
     }
-    words: dict[str, Any] = {"joint": demand.joint_names[j], "motor": motors.records[j].name}
+    names: dict[str, Any] = {"joint": demand.joint_names[j], "motor": motors.records[j].name}
     failures = {
-        name: REASONS[name].format(**words, use=numbers[name], need=NEEDS[name](demand)[j])
+        name: REASONS[name].format(**names, use=numbers[name], need=NEEDS[name](demand)[j])
         for name in judged
         if numbers[name] is not None and numbers[name] > 1.0
     }
     if numbers["peak_use"] == np.inf:
-        failures["peak_use"] = BEYOND.format(**words)
+        failures["peak_use"] = BEYOND.format(**names)
     heat, hottest = numbers["winding_temperature"], motors.records[j].winding_temperature_max
     numbers["winding_temperature"] = UNKNOWN if heat is None else heat
     if heat is not None and hottest is not None and heat > hottest:
-        failures["winding_temperature"] = HOT.format(**words, heat=heat, hottest=hottest)
-    return MotorUse(kind=demand.joint_kinds[j], **words, failures=failures, **numbers)
+        failures["winding_temperature"] = HOT.format(**names, heat=heat, hottest=hottest)
+    return MotorUse(kind=demand.joint_kinds[j], **names, failures=failures, **numbers)
 
 
 REASONS = {
@@ -329,8 +329,9 @@ def worst_use(kind: str, rows: Sequence[MotorUse]) -> MotorUse:
     heats = [r.winding_temperature for r in rows if not isinstance(r.winding_temperature, str)]
     numbers["winding_temperature"] = max(heats) if len(heats) == len(rows) else UNKNOWN
     decides = max(rows, key=lambda row: row.deciding_use)
+    motor = ", ".join(dict.fromkeys(row.motor for row in rows))
     return MotorUse(
-        joint=decides.joint, kind=kind, motor=_motor(rows), **numbers,
+        joint=decides.joint, kind=kind, motor=motor, **numbers,
         failures=_failures(rows), worst=worst,
     )  # fmt: skip
 
@@ -348,10 +349,6 @@ def _failures(rows: Sequence[MotorUse]) -> dict[str, str]:
         if failing:
             found[name] = max(failing, key=lambda row: getattr(row, name)).failures[name]
     return found
-
-
-def _motor(rows: Sequence[MotorUse]) -> str:
-    return ", ".join(dict.fromkeys(row.motor for row in rows))
 
 
 # What all joints together draw from the battery at the same time: see `BatteryLoad`.
@@ -407,7 +404,7 @@ def electrical_power(demand: JointDemand, motors: Motors) -> Array:
 
 
 def _unknown(motors: Motors) -> str:
-    """Say why nothing can be told, if so."""
+    """Return why nothing can be computed, if so."""
     missing = {r.name for r in motors.records if r.stall_current is None}
     if missing:
         return f"no stall current is published of {', '.join(sorted(missing))}"

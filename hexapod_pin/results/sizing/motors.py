@@ -19,7 +19,7 @@ from hexapod_pin.results.sizing.demand import JointDemand
 
 @dataclass(frozen=True, eq=False)
 class Motors:
-    """Of n joints; NaN where a data sheet does not tell.
+    """Of n joints; NaN where a data sheet has no value.
 
     Attributes:
         records: row of the catalogue of each joint.

@@ -16,8 +16,9 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.joint_budget import joint_kinds
 from hexapod_pin.results.recorded_robot import RecordedRobot
-from hexapod_pin.results.sizing.demand import JointDemand, sampled_numbers
-from hexapod_pin.results.steady_window import Window, steady_window, summary_window
+from hexapod_pin.results.sampled_summary import sampled_numbers, summary_of
+from hexapod_pin.results.sizing.demand import JointDemand
+from hexapod_pin.results.steady_window import Window
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.torque_budget import ACCEPTED_STEPS, SAMPLES, TorqueBudget, torque_budget
 from hexapod_pin.results.trace import Trace
@@ -31,8 +32,8 @@ MOST_POSTURES = 32
 def joint_demand(trace: Trace, *, postures: int = MOST_POSTURES) -> JointDemand:
     """Return what the joints of a walk demand of any motor; see `JointDemand`.
 
-    Peaks, RMS and energies are those of accepted steps where the run gathered a summary, of samples
-    otherwise; what needs the course over time is of samples.
+    Peaks, RMS and energies are those of the trace's summary; what needs the course over time is of
+    samples.
 
     Args:
         trace: of a walk.
@@ -45,14 +46,11 @@ def joint_demand(trace: Trace, *, postures: int = MOST_POSTURES) -> JointDemand:
     if postures < 2:
         raise ParameterError("postures", postures, "at least 2")
     whole = torque_budget(trace)
-    summary = trace.summary if trace.has_summary else None
-    window = steady_window(trace) if summary is None else summary_window(summary, trace.time)
-    inside = window.samples
+    window, inside = whole.window, whole.window.samples
     time, torque, speed = trace.time[inside], trace.torque[inside], trace.v[inside, 6:]
     numbers: dict[str, Any] = sampled_numbers(time, torque, speed, window.parts)
-    notes = [_source(summary)]
-    if summary is not None:
-        numbers |= _accepted(summary, trace, numbers)
+    notes = [SOURCES[whole.peaks]]
+    numbers |= _accepted(summary_of(trace), trace, numbers)
     numbers |= _of_robot(trace, window, postures, notes)
     notes += _limited(whole)
     makes_way = whole.makes_way and whole.distance is not None
@@ -63,7 +61,7 @@ def joint_demand(trace: Trace, *, postures: int = MOST_POSTURES) -> JointDemand:
         ),
         time=time, torque=torque, speed=speed,
         acceleration=np.gradient(trace.v[:, 6:], trace.time, axis=0)[inside],
-        cycles=window.cycles, peaks=SAMPLES if summary is None else ACCEPTED_STEPS,
+        cycles=window.cycles, peaks=whole.peaks,
         weight=whole.weight, distance=whole.distance if makes_way else None,
         robot_name=whole.robot_name,
         notes=tuple(notes), **numbers,
@@ -71,7 +69,7 @@ def joint_demand(trace: Trace, *, postures: int = MOST_POSTURES) -> JointDemand:
 
 
 def _accepted(summary: Summary, trace: Trace, sampled: dict[str, Any]) -> dict[str, Any]:
-    """Return the numbers of accepted steps; samples' where an older file does not hold them."""
+    """Return the numbers of accepted steps; those of samples where they are not known."""
     found = {
         "torque_p99": summary.torque_p99,
         "torque_rms": summary.torque_rms,
@@ -96,7 +94,7 @@ def _accepted(summary: Summary, trace: Trace, sampled: dict[str, Any]) -> dict[s
 
 
 def _of_robot(trace: Trace, window: Window, postures: int, notes: list[str]) -> dict[str, Any]:
-    """Return what needs the robot's model; NaN with a note where the trace does not tell it."""
+    """Return what needs the robot's model; NaN with a note where the trace does not contain it."""
     unknown = np.full(len(trace.joint_names), np.nan)
     nothing = {"armature": np.zeros(len(unknown))} | dict.fromkeys(
         ("load_inertia", "standing", "holding", "holding_lost_leg"), unknown
@@ -138,27 +136,26 @@ def load_inertia(robot: RecordedRobot, q: Array) -> Array:
 
 
 def _limited(budget: TorqueBudget) -> list[str]:
-    """Say where the run's own limits cut off what the joints would have been asked for."""
+    """Return a note where the run's own limits cut torques off."""
     cut = {row.joint: row.at_limit for row in budget.joints if row.at_limit > 0.0}
     if not cut:
         return []
     most = max(cut, key=lambda joint: cut[joint])
     return [
         f"{len(cut)} joints were at the torque limit of the run, {most} for "
-        f"{100.0 * cut[most]:.2g} % of the time: what a stronger motor would be asked for there is "
-        "not known from it"
+        f"{100.0 * cut[most]:.2g} % of the time: what a stronger motor would deliver is unknown"
     ]
 
 
-def _source(summary: Summary | None) -> str:
-    """Say which numbers are of what."""
-    if summary is None:
-        return "all numbers are of samples: what lies between two is missed"
-    return (
+SOURCES = {
+    SAMPLES: "all numbers are of samples: what lies between two is missed",
+    ACCEPTED_STEPS: (
         "peaks, p99, RMS, accelerations and mechanical energies are of accepted steps; share "
         "outside the line, moving RMS and battery are of samples; peak use is the larger of the "
         "samples' and that of the accepted steps' peak at the speed sampled at its time"
-    )
+    ),
+}
+"""What the numbers of a demand are taken from."""
 
 
 # Holding torque in the postures and on the feet that a walk visits, and with one leg lost.
@@ -221,7 +218,7 @@ def holding_demand(robot: RecordedRobot, trace: Trace, samples: NDArray[np.intp]
     for foot in range(count):
         size[:, 1 + foot, list(robot.joints_above(foot))] = np.nan
     falls = 1.0 - found.holds[1:].mean(axis=0)
-    names = _leg_names(robot)
+    names = [getattr(foot, "leg", None) or foot.name for foot in feet]
     return HoldingDemand(
         size[0, 0],
         _largest(size[:, :1]),
@@ -235,11 +232,6 @@ def foot_places(robot: RecordedRobot) -> list[tuple[int, Array]]:
     """Return the joint that moves each foot, and the foot in that joint's frame [m]."""
     feet = robot.robot.feet
     return [(robot.contact_joints[k], np.asarray(foot.offset)) for k, foot in enumerate(feet)]
-
-
-def _leg_names(robot: RecordedRobot) -> list[str]:
-    """Return the name of the leg that each foot belongs to, or the foot's own."""
-    return [getattr(foot, "leg", None) or foot.name for foot in robot.robot.feet]
 
 
 def _largest(size: Array) -> Array:
