@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -108,6 +109,7 @@ def test_a_string_that_names_a_module_is_seen(tmp_path: Path) -> None:
     assert circles(graph) == [["hexapod_pin.high.above", "hexapod_pin.low.below"]]
 
 
+@cache
 def calls(module: str) -> set[str]:
     """Return the names that a module calls, as written."""
     path = ROOT.joinpath(*module.split("."))
