@@ -500,7 +500,7 @@ def test_ctrl_c_before_anything_is_written_leaves_nothing(tmp_path: Path, monkey
     def stop(*_: Any) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(store_module, "write_study", stop)
+    monkeypatch.setattr(store_module, "write_meta", stop)
     with pytest.raises(KeyboardInterrupt):
         run_sweep(STUDY, tmp_path / "a.db")
     assert not list(tmp_path.iterdir())

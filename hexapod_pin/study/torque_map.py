@@ -34,8 +34,7 @@ from hexapod_pin.study.grid_runs import (
     check_counts,
     grid_arrays,
     grid_axis,
-    grid_rows,
-    repeat_tighter,
+    grid_results,
 )
 from hexapod_pin.study.runs.measure import Measure
 from hexapod_pin.study.runs.runner import Runner, RunOptions, run_study
@@ -131,11 +130,11 @@ def mapped(
     record: GridRecord,
 ) -> TorqueMap:  # fmt: skip
     """Run the points of a map; the study behind `torque_map`."""
-    found = grid_rows(run, cases, MAP_POINT, extra=check)
-    changes = repeat_tighter(
-        run, cases, MAP_POINT, found, check,
-        lambda place: (0, axes[0][place[0]] / axes[1][place[1]]), extra=check,
-    )  # fmt: skip
+
+    def speed(place: Place) -> tuple[int, float]:
+        return 0, axes[0][place[0]] / axes[1][place[1]]
+
+    found, changes = grid_results(run, cases, MAP_POINT, speed, check)
     return _map(scene, axes, found, changes, record)
 
 

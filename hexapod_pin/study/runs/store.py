@@ -38,6 +38,7 @@ from hexapod_pin.study.runs.store_lock import StoreLock
 from hexapod_pin.study.runs.store_schema import (
     ROWS,
     CaseRow,
+    input_columns,
     is_of_rows,
     read_inputs,
     read_meta,
@@ -46,7 +47,6 @@ from hexapod_pin.study.runs.store_schema import (
     study_sum,
     write_meta,
     write_rows,
-    write_study,
 )
 from hexapod_pin.user_file import user_path
 
@@ -207,18 +207,16 @@ class SweepStore(Store):
     def _begin(self) -> None:
         """Write down what is swept."""
         study = self.study
-        write_study(
-            self.connection, study,
-            {
-                "name": study.name,
-                "study": study.text,
-                "folder": str(study.folder or ""),
-                "digest": study.digest,
-                "cases": str(len(study)),
-                "versions": json.dumps(package_versions()),
-                "quantities": _quantities_text(),
-            },
-        )  # fmt: skip
+        meta = {
+            "name": study.name,
+            "study": study.text,
+            "folder": str(study.folder or ""),
+            "digest": study.digest,
+            "cases": str(len(study)),
+            "versions": json.dumps(package_versions()),
+            "quantities": _quantities_text(),
+        }
+        write_meta(self.connection, meta, input_columns(study))
 
     def _go_on(self) -> None:
         """Refuse to mix cases that are not of one study; write anew what is damaged of it."""

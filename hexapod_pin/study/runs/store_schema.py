@@ -307,21 +307,16 @@ def input_columns(study: SweepStudy) -> list[InputColumn]:
     return found
 
 
-def write_study(connection: sqlite3.Connection, study: SweepStudy, meta: Mapping[str, str]) -> None:
-    """Write what a store holds of its study, in place of what stands there, wholly or not at all.
-
-    Args:
-        connection: to the store.
-        study: whose inputs are written.
-        meta: the texts of table `meta`, but for their checksum.
-    """
-    write_meta(connection, meta, input_columns(study))
-
-
 def write_meta(
     connection: sqlite3.Connection, meta: Mapping[str, str], inputs: Sequence[InputColumn] = ()
 ) -> None:
-    """Write the texts of table `meta` and the inputs of a study, in place of what stands there."""
+    """Replace what a store holds of its study, completely or not at all.
+
+    Args:
+        connection: to the store.
+        meta: the texts of table `meta`, without their checksum.
+        inputs: of the study.
+    """
     with connection:
         connection.execute("BEGIN IMMEDIATE")
         connection.execute("DELETE FROM meta")
