@@ -205,7 +205,7 @@ def _copper_losses(scene: Scene, given: float | None) -> Array:
     """Return the electrical loss of each joint over torque^2 (n,) [W/(N m)^2].
 
     Raises:
-        ParameterError: it is negative, or cannot be told from motors or the URDF's limits.
+        ParameterError: it is negative, or neither motors nor the URDF's limits give it.
     """
     robot = scene.robot
     if given is not None:

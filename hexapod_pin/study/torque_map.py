@@ -79,7 +79,7 @@ def torque_map(
     """Run a walk at every stroke and cycle time, and return its joint torques.
 
     Each run lasts its start-up and then whole cycles, over which everything is taken. Peaks are
-    those of accepted steps; what is told by phase is read from samples,
+    those of accepted steps; values by phase are computed from samples,
     960 of a cycle or more, at most 5 ms apart.
 
     Args:

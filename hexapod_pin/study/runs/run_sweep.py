@@ -48,11 +48,11 @@ def run_sweep(
         threads: of the native core; None: 2 in this process, 1 in each worker.
         processes: worker processes of this machine.
         executor: of `concurrent.futures`, or a function that makes one (and, where it breaks,
-            another). A broken `ProcessPoolExecutor` is made anew.
+            another). A broken `ProcessPoolExecutor` is replaced.
         scheduler: address of a Dask scheduler, such as "tcp://10.0.0.1:8786".
         chunk: cases that a worker is given at a time.
-        resume: go on with a store that exists: what is finished is not run again.
-        retry_failed: go on, and run failed cases again.
+        resume: continue a store that exists: finished cases are not run again.
+        retry_failed: continue, and run failed cases again.
         progress: called with the finished fraction (0..1).
 
     Raises:
@@ -90,7 +90,7 @@ def run_sweep(
         result = open_sweep(path)
         text = (
             f"interrupted: {len(result) - len(result.pending)} of {len(result)} cases are kept in "
-            f"{path}; go on with --resume (resume=True)"
+            f"{path}; continue with --resume (resume=True)"
         )
         raise StudyInterrupted(text, result) from None
     return open_sweep(path)

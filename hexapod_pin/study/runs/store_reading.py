@@ -114,7 +114,7 @@ def read_store(path: Path) -> StoredSweep:
             if meta.get("sum") != study_sum(connection):
                 raise SweepStoreError(
                     str(path), "what it holds of its study (tables meta, inputs) is damaged: run "
-                    "the study again with --resume (resume=True), which writes that anew.",
+                    "the study again with --resume (resume=True), which writes that again.",
                 )  # fmt: skip
             return _read(connection, meta)
     finally:
@@ -205,7 +205,7 @@ def _places(all_names: Sequence[str], names: Sequence[str]) -> np.ndarray[Any, A
 
 
 def ways(found: StoredSweep) -> Array:
-    """Return the way of every case (N, W, 4), as of `Summary.way`; NaN beyond its end."""
+    """Return the path of every case (N, W, 4), as `Summary.path`; NaN beyond its end."""
     own: dict[int, Array] = {}
     for group in _same_labels(found):
         length = _length(found, sizes_of(found.labels[group[0]]))

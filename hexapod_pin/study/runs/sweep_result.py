@@ -309,7 +309,7 @@ ROWS = 256
 
 
 def sweep_csv(made: Mapping[str, Column]) -> bytes:
-    """Return all columns along the cases but the way; every digit is kept, NaN is empty.
+    """Return all columns along the cases except the path; every digit is kept, NaN is empty.
 
     The head names quantity, label and unit: `torque_peak.lf_coxa_joint [N m]`.
     """
