@@ -45,11 +45,10 @@ def run_sweep(
     Args:
         study: whose cases to run.
         store: the SQLite file that keeps them.
-        threads: of the native core; None: 2 in this process, 1 in each worker.
+        threads: of the native core; see `RunOptions`, also for the options below.
         processes: worker processes of this machine.
-        executor: of `concurrent.futures`, or a function that makes one (and, where it breaks,
-            another). A broken `ProcessPoolExecutor` is replaced.
-        scheduler: address of a Dask scheduler, such as "tcp://10.0.0.1:8786".
+        executor: of `concurrent.futures`.
+        scheduler: address of a Dask scheduler.
         chunk: cases that a worker is given at a time.
         resume: continue a store that exists: finished cases are not run again.
         retry_failed: continue, and run failed cases again.
@@ -77,13 +76,13 @@ def run_sweep(
         ) as run:  # fmt: skip
             kept = cast("SweepStore", run.store)
 
-            def tell() -> None:
+            def report() -> None:
                 if progress is not None:
                     progress(len(kept.finished) / len(study))
 
-            tell()
+            report()
             missing = [index for index in range(len(study)) if index not in kept.finished]
-            run.run(study, missing, kept, tell, chunk)
+            run.run(study, missing, kept, report, chunk)
     except (KeyboardInterrupt, SimulationInterrupted):
         if run is None:
             raise

@@ -170,7 +170,7 @@ class Runner:
         listed = CaseList([cast("Case", given[k]) for k in places], [measures[k] for k in places])
         failed, total = len(given) - len(places), len(given)
 
-        def tell(done: int) -> None:
+        def report(done: int) -> None:
             if self.progress is not None and span is not None:
                 self.progress(span[0] + (span[1] - span[0]) * ((failed + done) / total))
 
@@ -178,9 +178,9 @@ class Runner:
         self.asked += total
         try:
             if self.store is None and self.workers is None:
-                self._run_here(listed, rows, tell)
+                self._run_here(listed, rows, report)
             else:
-                self._run_kept(listed, rows, tell)
+                self._run_kept(listed, rows, report)
         except (KeyboardInterrupt, SimulationInterrupted):
             self.interrupted = True
         for place, row in rows.items():
@@ -189,7 +189,7 @@ class Runner:
         return Rows(found)
 
     def _run_here(
-        self, listed: CaseList, rows: dict[int, Any], tell: Callable[[int], None]
+        self, listed: CaseList, rows: dict[int, Any], report: Callable[[int], None]
     ) -> None:
         """Run cases on threads; their rows are kept in memory alone, as they are."""
         if self.interrupted or not listed.cases:
@@ -201,18 +201,18 @@ class Runner:
                 if isinstance(result, Exception)
                 else listed.measures[place].measured(listed.cases[place], result)
             )
-            tell(len(rows))
+            report(len(rows))
 
     def _run_kept(
-        self, listed: CaseList, rows: dict[int, Any], tell: Callable[[int], None]
+        self, listed: CaseList, rows: dict[int, Any], report: Callable[[int], None]
     ) -> None:
         """Take known rows from the store, and run the other cases."""
         kept = _Kept(listed, cast("RowStore | None", self.store), rows)
         kept.take_known()
         if rows:
-            tell(len(rows))
+            report(len(rows))
         if kept.missing and not self.interrupted:
-            self.run(listed, kept.missing, kept, lambda: tell(len(rows)))
+            self.run(listed, kept.missing, kept, lambda: report(len(rows)))
 
     def run(
         self,
