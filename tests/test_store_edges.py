@@ -582,9 +582,9 @@ TABLES = {
               "numbers", "sum", "wall_time"),
 }  # fmt: skip
 
-VALUES = ("NULL", "5", "-9223372036854775808", "9223372036854775807", "2.5", "9e999", "-1e300",
-          "'5'", "'text'", "''", "'[]'", "'{}'", "x'35'", "x''", "CAST(x'fffe' AS TEXT)",
-          "zeroblob(8)", "char(0)")  # fmt: skip
+VALUES = ("NULL", "5", "-9223372036854775808", "9223372036854775807", "2.5", "9e999", "'5'",
+          "'text'", "''", "'[]'", "'{}'", "x''", "CAST(x'fffe' AS TEXT)", "zeroblob(8)",
+          "char(0)")  # fmt: skip
 """A value of every type that SQLite knows, and some that are read as others."""
 
 
