@@ -56,8 +56,10 @@ def run(
 
 
 @pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("accuracy", [1e-6, 1e-8])
-@pytest.mark.parametrize("dynamic", [MU_DYNAMIC, MU], ids=["two coefficients", "one"])
+@pytest.mark.parametrize(
+    ("accuracy", "dynamic"), [(1e-6, MU_DYNAMIC), (1e-6, MU), (1e-8, MU)],
+    ids=["two coefficients", "one", "one, tight"],
+)  # fmt: skip
 def test_a_point_mass_breaks_away_when_its_bristle_says(
     method: str, accuracy: float, dynamic: float
 ) -> None:
@@ -136,8 +138,7 @@ def shaken(t0: float, z0: float, v0: float, rate: float, ground: tuple[float, fl
 
 
 @pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("height", [0.02, 0.05])
-@pytest.mark.parametrize("accuracy", [1e-7, 5e-8])
+@pytest.mark.parametrize(("height", "accuracy"), [(0.02, 1e-7), (0.05, 5e-8)])
 def test_a_mass_meets_ground_that_shakes(method: str, height: float, accuracy: float) -> None:
     """Fall, contact on a linear spring and flight again, each in closed form.
 
@@ -228,9 +229,9 @@ def lift_off(stiffness: float, damping: float, ramp: float, speed: float) -> tup
     return float(found.t[-1]), float(-found.y[1, -1])
 
 
-@pytest.mark.parametrize("drop", [0.02, 0.025])
 @pytest.mark.parametrize(
-    ("method", "accuracy"), [("extrapolated-euler", 1e-8), ("ndf", 1e-10), ("dop853", 1e-10)]
+    ("method", "accuracy", "drop"),
+    [("extrapolated-euler", 1e-8, 0.02), ("ndf", 1e-10, 0.025), ("dop853", 1e-10, 0.02)],
 )
 def test_a_mass_presses_once_more_before_it_leaves_where_its_damper_fades(
     method: str, accuracy: float, drop: float
@@ -256,7 +257,7 @@ def test_a_mass_presses_once_more_before_it_leaves_where_its_damper_fades(
     assert trace.q[-1, 2] == pytest.approx(expected, rel=0, abs=accuracy)
 
 
-@pytest.mark.parametrize("drop", [0.05, 0.1, 0.2])
+@pytest.mark.parametrize("drop", [0.05, 0.2])
 def test_no_accuracy_is_too_tight_for_the_force_that_jumps_at_touch_down(drop: float) -> None:
     """Its c d' acts at once: however short, a step of an implicit method across it is not accurate.
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -115,6 +116,7 @@ def nodes(module: str) -> list[ast.AST]:
     return list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
 
 
+@cache
 def calls(module: str) -> set[str]:
     """Return the names that a module calls, as written."""
     return {ast.unparse(node.func) for node in nodes(module) if isinstance(node, ast.Call)}

@@ -193,8 +193,7 @@ def on_slope(robot: hp.Robot, ratio: float, friction: Any) -> tuple[hp.Scene, hp
     return scene, robot.check_state(q, np.zeros(6))
 
 
-@pytest.mark.parametrize("step", [5e-4, 1e-3, 2e-3])
-@pytest.mark.parametrize("damping", [0.0, 60.0])
+@pytest.mark.parametrize(("step", "damping"), [(5e-4, 0.0), (2e-3, 0.0), (2e-3, 60.0)])
 def test_a_bristle_does_not_drift_on_a_slope(step: float, damping: float, tmp_path: Path) -> None:
     """Slope 0.4, mu 0.5, 4 s: below 1e-6 mm."""
     feet = {f"f{x:+d}{y:+d}": (0.1 * x, 0.1 * y, 0.0) for x in (1, -1) for y in (1, -1)}

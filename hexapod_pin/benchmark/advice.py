@@ -65,7 +65,7 @@ class Advice:
         milliseconds: wall time per simulated second [ms], on this machine.
         sure: "high", "fair" or "low".
         reasons: why not surer; empty with "high".
-        wanted: the accuracy asked for [m, rad].
+        wanted: the requested accuracy [m, rad].
         piece: what was measured, with its reference.
         reference: that reference.
         tried: one row per setting tried.
@@ -90,7 +90,7 @@ class Advice:
         return SolverSetting(self.method, self.accuracy or self.step or 0.0).arguments
 
     def __str__(self) -> str:
-        """Return the advice in words."""
+        """Return the advice as text."""
         number = f"step={self.step:g}" if self.step else f"accuracy={self.accuracy:.2g}"
         why = f" ({'; '.join(self.reasons)})" if self.reasons else ""
         return (
@@ -135,7 +135,7 @@ def advise(
 
     Raises:
         ParameterError: accuracy or piece out of range.
-        NoAdviceError: no method is good enough; says what came nearest.
+        NoAdviceError: no method is good enough; the message names the nearest.
         NoReferenceError: there is nothing to compare with.
         GaitError, ReachError, StateError: as in `simulate`.
     """
@@ -177,7 +177,7 @@ def advise_on(task: Task, accuracy: float) -> Advice:
 
 
 def _worth_timing(task: Task, reference: ReferenceSolution, accuracy: float) -> list[SolverSetting]:
-    """Return the settings to time: each method from loose to tight, until it is of no use."""
+    """Return the settings to time: of each method, the loosest first, until one is of no use."""
     found: list[SolverSetting] = []
     best = float("inf")
     for method in method_names():

@@ -1,4 +1,4 @@
-"""Does an accuracy mean what it says? True errors over random drops and walks.
+"""True errors over random drops and walks are compared with the requested accuracy.
 
 Scenes are drawn from a seed: drops of the reference hexapod (K 1e5..1e8 N/m^1.5, kt 1e2..1e4 s/m,
 a 0.1..0.6 s/m, mu 0.2..1, attitude, twist, height) and walks of the `walk` scene (K 1e5..1e7,
@@ -44,7 +44,7 @@ class Calibration:
     Attributes:
         kind: "drop" or "walk".
         scene: which of them.
-        accuracy: asked for [m, rad].
+        accuracy: requested [m, rad].
         error: largest difference of any position at any sample from the reference [m, rad].
         evaluations: what it cost.
         uncertainty: distance of the reference from its check [m, rad].
@@ -59,7 +59,7 @@ class Calibration:
 
     @property
     def factor(self) -> float:
-        """Error over the accuracy asked for."""
+        """Error over the requested accuracy."""
         return self.error / self.accuracy
 
     @property
@@ -69,7 +69,7 @@ class Calibration:
 
     @property
     def kept(self) -> bool:
-        """Whether the promise was kept."""
+        """Whether the error is within the promise."""
         return self.factor <= self.promised
 
 

@@ -47,7 +47,7 @@ class SuiteSize:
     Attributes:
         scenes: random extreme scenes at each step.
         drops: random drops of the calibration; as many walks.
-        accuracies: asked for there [m, rad].
+        accuracies: requested there [m, rad].
         quick: the hard cases with fewer settings and variants.
     """
 
@@ -92,8 +92,8 @@ def _cases(size: SuiteSize, tick: Tick) -> SuitePart:
     if not size.quick and stopped is None:
         results += entries_without_row(results)
     failed = sum(result.failed for result in results)
-    told = summary(results) + ("" if stopped is None else f"; {stopped}")
-    return SuitePart(result_table(worst_results(results), "Hard cases"), told, failed, stopped)
+    text = summary(results) + ("" if stopped is None else f"; {stopped}")
+    return SuitePart(result_table(worst_results(results), "Hard cases"), text, failed, stopped)
 
 
 def entries_without_row(results: Sequence[CaseResult]) -> list[CaseResult]:

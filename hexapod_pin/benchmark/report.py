@@ -74,7 +74,7 @@ def level_table(comparison: Comparison, measure: Measure) -> Table:
 
 
 def kept_table(comparison: Comparison) -> Table:
-    """Return the error asked for beside the error got, and the cost over that of a single run."""
+    """Return the requested and the true error, and the cost over that of a single run."""
     groups = sweeps(comparison.rows)
     rows = []
     for (engine, method), own in groups.items():
@@ -123,7 +123,7 @@ def _run(row: BenchmarkRow) -> tuple[str, ...]:
 
 
 def _number_cell(own: list[BenchmarkRow], level: float, measure: Measure) -> str:
-    """Return "5.6 (1.9k)"; in words where a level is not reached or the reference does not tell."""
+    """Return "5.6 (1.9k)", or why there is none: level not reached, reference not certain."""
     if not resolved(own, level):
         return f"not judged: reference {max(row.uncertainty for row in own):.0e}"
     row = cheapest(own, level, measure)
@@ -191,7 +191,7 @@ class BenchmarkReport:
 
     Attributes:
         machine: where and when.
-        command: how it was asked for.
+        command: that requested it.
         scenes: one comparison per scene.
     """
 
@@ -326,7 +326,7 @@ def _cell(value: Any) -> Any:
     return "" if value is None or (isinstance(value, float) and math.isnan(value)) else value
 
 
-# Error against cost and against what was asked for, drawn: a row per scene.
+# Error against cost and against the requested accuracy, drawn: a row per scene.
 
 MARKERS = "osD^vP*X<>hd"
 
@@ -359,7 +359,7 @@ def draw(scenes: Sequence[Comparison], machine: Machine) -> Figure:
 
 
 def _draw_asked(axes: Axes, scene: Comparison) -> None:
-    """Draw the error got over the error asked for, with the diagonal."""
+    """Draw the true error over the requested accuracy, with the diagonal."""
     for k, ((engine, method), own) in enumerate(sweeps(scene.rows).items()):
         done = [row for row in own if row.ended and row.setting.startswith("accuracy")]
         if engine != OURS or not done:

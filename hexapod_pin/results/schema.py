@@ -41,14 +41,20 @@ class Quantity(ArrayRule):
     Attributes:
         nan: whether NaN may stand for what is not known.
         meaning: one phrase.
-        by_kind: how values of the joints of one kind are combined: "largest" or "sum".
         error: whether the difference of two runs of different resolution is an error of it.
     """
 
     nan: bool = True
     meaning: str = ""
-    by_kind: str = "largest"
     error: bool = True
+
+    @property
+    def by_kind(self) -> str:
+        """How values of the joints of one kind are combined: "sum", "largest"; "" if not at all.
+
+        Energies are added; the largest of times and of angles has no meaning.
+        """
+        return {"J": "sum", "s": "", "rad": ""}.get(self.unit, "largest")
 
     @property
     def about(self) -> dict[str, str]:

@@ -56,9 +56,9 @@ class TorqueMap(GridResult):
         "axis torque by size not exceeded for 99 % of the time")
     torque_rms: Array = quantity(JOINT, "N m", "RMS axis torque")
     speed_peak: Array = quantity(JOINT, "rad/s", "largest joint rate by size, of accepted steps")
-    positive_energy: Array = quantity(JOINT, "J", "mechanical work done per cycle", by_kind="sum")
+    positive_energy: Array = quantity(JOINT, "J", "mechanical work done per cycle")
     negative_energy: Array = quantity(JOINT, "J",
-        "mechanical work absorbed per cycle, not positive", by_kind="sum")
+        "mechanical work absorbed per cycle, not positive")
     normal_impulse: Array = quantity(FOOT, "N s", "impulse of the normal force per cycle")
     distance: Array = quantity(POINT, "m",
         "distance of the centre of mass along the heading per cycle")

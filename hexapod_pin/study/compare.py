@@ -68,7 +68,7 @@ def compare(
 
     Raises:
         ParameterError: no scene or controller, or a setting out of range. What goes wrong in one
-            run is told in its row.
+            run is reported in its row.
         StudyInterrupted: Ctrl-C; `.result` is the comparison of what was done.
         HexapodError: as of `run_study`.
 
@@ -140,7 +140,7 @@ def _comparison(planned: Sequence[PlannedRun], results: Sequence[Any]) -> Compar
 
 
 def _turn_rate(case: Case) -> float | None:
-    """Return the planned yaw rate of a controller that says its gait [rad/s]."""
+    """Return the planned yaw rate of a controller with a gait [rad/s]."""
     gait = getattr(case.controller, "gait", None)
     return None if gait is None else float(gait.turn_rate)
 

@@ -32,8 +32,7 @@ from hexapod_pin.study.grid_runs import (
     check_counts,
     grid_arrays,
     grid_axis,
-    grid_rows,
-    repeat_tighter,
+    grid_results,
 )
 from hexapod_pin.study.runs.measure import Measure
 from hexapod_pin.study.runs.runner import Runner, RunOptions, run_study
@@ -169,12 +168,11 @@ def costed(
         about: what of the result is known before.
     """
     sizes = [len(about["scenes"]), len(about["gaits"]), len(about["speed"])]
-    extra = check * sizes[0]
-    found = grid_rows(run, cases, measures, extra)
-    changes = repeat_tighter(
-        run, cases, measures, found, check,
-        lambda place: (place[0], float(about["speed"][place[2]])), extra,
-    )  # fmt: skip
+
+    def speed(place: Place) -> tuple[int, float]:
+        return place[0], float(about["speed"][place[2]])
+
+    found, changes = grid_results(run, cases, measures, speed, check, parts=sizes[0])
     empty = GaitEnergy.empty(dict(zip(GRID, sizes, strict=True)))
     return GaitEnergy(**about, check=changes, **grid_arrays(found, empty, sizes))
 
@@ -207,7 +205,7 @@ def _copper_losses(scene: Scene, given: float | None) -> Array:
     """Return the electrical loss of each joint over torque^2 (n,) [W/(N m)^2].
 
     Raises:
-        ParameterError: it is negative, or cannot be told from motors or the URDF's limits.
+        ParameterError: it is negative, or neither motors nor the URDF's limits give it.
     """
     robot = scene.robot
     if given is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -34,22 +35,48 @@ UNWALKABLE = (GaitError, ReachError, DivergenceError, RuntimeError)
 """What makes a point NaN; anything else is a mistake in the call, and is raised."""
 
 
-def grid_rows(
-    run: Runner, cases: Cases, measures: Measures, extra: int = 0
-) -> dict[Place, Numbers | str]:
-    """Run the cases of a grid and return their numbers, or why there are none.
+def grid_results(
+    run: Runner,
+    cases: Cases,
+    measures: Measures,
+    order: Callable[[Place], tuple[int, float]],
+    check: int,
+    parts: int = 1,
+) -> tuple[dict[Place, Numbers | str], AccuracyCheck | None]:
+    """Run the cases of a grid, and some of them again at a tighter accuracy.
 
     Args:
         run: runs them.
         cases: what is run, or why it cannot be, by its place.
         measures: returns the numbers of a run: one measure, or one by place.
-        extra: runs that will come after these, for the progress.
+        order: the part of the grid that a point belongs to, and its place in that part.
+        check: how many walked points of each part run again, evenly spread; 0: none.
+        parts: number of parts of the grid, for the progress.
+
+    Returns:
+        Numbers of each point, or the reason why it has none. What changed at the points that ran
+        again; None without any, or if Ctrl-C came before the last one.
 
     Raises:
         HexapodError: a run was refused for a mistake in the call.
     """
-    end = len(cases) / (len(cases) + extra)
-    return _rows(run, cases, measures, (0.0, end))
+    end = len(cases) / (len(cases) + check * parts)
+    found = _rows(run, cases, measures, (0.0, end))
+    walked = sorted((p for p, numbers in found.items() if not isinstance(numbers, str)), key=order)
+    if not walked or check < 1 or run.interrupted:
+        return found, None
+    chosen = set()
+    for _, group in itertools.groupby(walked, key=lambda place: order(place)[0]):
+        part = list(group)
+        chosen |= {part[round(k)] for k in np.linspace(0, len(part) - 1, min(check, len(part)))}
+    tighter: dict[Place, Case | Exception] = {}
+    for place in sorted(chosen):
+        case = cases[place]
+        if isinstance(case, Case) and case.accuracy is not None:
+            tighter[place] = replace(case, accuracy=TIGHTER * case.accuracy)
+    again = _rows(run, tighter, measures, (end, 1.0))
+    pairs = [(place, found[place], numbers) for place, numbers in again.items()]
+    return found, None if run.interrupted else _check(pairs, tighter)
 
 
 def _rows(
@@ -66,49 +93,6 @@ def _rows(
     return found
 
 
-def repeat_tighter(
-    run: Runner,
-    cases: Cases,
-    measures: Measures,
-    found: Mapping[Place, Numbers | str],
-    count: int,
-    order: Callable[[Place], tuple[int, float]],
-    extra: int,
-) -> AccuracyCheck | None:
-    """Run some walked points again at a tighter accuracy.
-
-    Args:
-        run: runs them.
-        cases: of the grid.
-        measures: as of `grid_rows`.
-        found: what `grid_rows` returned.
-        count: how many of each part of the grid, evenly through its walked points; 0: none.
-        order: the part of the grid that a point belongs to, and its place in it.
-        extra: as of `grid_rows`.
-
-    Returns:
-        What changed; None where nothing was repeated, or Ctrl-C came before the end.
-    """
-    walked = sorted((p for p, numbers in found.items() if not isinstance(numbers, str)), key=order)
-    if not walked or count < 1 or run.interrupted:
-        return None
-    chosen = sorted(
-        {
-            part[round(k)]
-            for part in _parts(walked, lambda place: order(place)[0])
-            for k in np.linspace(0, len(part) - 1, min(count, len(part)))
-        }
-    )
-    tighter: dict[Place, Case | Exception] = {}
-    for place in chosen:
-        case = cases[place]
-        if isinstance(case, Case) and case.accuracy is not None:
-            tighter[place] = replace(case, accuracy=TIGHTER * case.accuracy)
-    again = _rows(run, tighter, measures, (len(cases) / (len(cases) + extra), 1.0))
-    pairs = [(place, found[place], numbers) for place, numbers in again.items()]
-    return None if run.interrupted else _check(pairs, tighter)
-
-
 def grid_arrays(
     found: Mapping[Place, Numbers | str], empty: Mapping[str, Array], shape: Sequence[int]
 ) -> dict[str, Any]:
@@ -120,14 +104,6 @@ def grid_arrays(
         for name, value in () if isinstance(numbers, str) else numbers.items():
             filled[name][place] = np.nan if value is None else value
     return {**filled, "reason": reason}
-
-
-def _parts(places: Sequence[Place], part: Callable[[Place], int]) -> list[list[Place]]:
-    """Return the places of each part of a grid, in their order."""
-    found: dict[int, list[Place]] = {}
-    for place in places:
-        found.setdefault(part(place), []).append(place)
-    return list(found.values())
 
 
 def _check(pairs: Iterable[Any], cases: Cases) -> AccuracyCheck | None:

@@ -55,7 +55,7 @@ def judge_peaks(run: Case | Trace, **how: Unpack[RunOptions]) -> PeakVerdicts:
 
     Raises:
         ParameterError: no case, a case without duration, a trace that ends before its case does,
-            or no whole cycle of steady walking; says how long to simulate.
+            or no whole cycle of steady walking; the message states how long to simulate.
         UrdfError: the robot's file of a trace is no longer usable.
         DivergenceError: the run itself diverges; or whatever else it is refused with.
         StudyInterrupted: Ctrl-C; `.result` holds the rows of what was done.
@@ -116,7 +116,7 @@ def _has_window(summary: Summary) -> bool:
 
 
 def _failure(result: object) -> str:
-    """Return in words why a run has no peaks."""
+    """Return the reason why a run has no peaks."""
     if isinstance(result, DivergenceError):
         return "diverged"
     if isinstance(result, HexapodError):

@@ -34,8 +34,7 @@ from hexapod_pin.study.grid_runs import (
     check_counts,
     grid_arrays,
     grid_axis,
-    grid_rows,
-    repeat_tighter,
+    grid_results,
 )
 from hexapod_pin.study.runs.measure import Measure
 from hexapod_pin.study.runs.runner import Runner, RunOptions, run_study
@@ -80,7 +79,7 @@ def torque_map(
     """Run a walk at every stroke and cycle time, and return its joint torques.
 
     Each run lasts its start-up and then whole cycles, over which everything is taken. Peaks are
-    those of accepted steps; what is told by phase is read from samples,
+    those of accepted steps; values by phase are computed from samples,
     960 of a cycle or more, at most 5 ms apart.
 
     Args:
@@ -131,11 +130,11 @@ def mapped(
     record: GridRecord,
 ) -> TorqueMap:  # fmt: skip
     """Run the points of a map; the study behind `torque_map`."""
-    found = grid_rows(run, cases, MAP_POINT, extra=check)
-    changes = repeat_tighter(
-        run, cases, MAP_POINT, found, check,
-        lambda place: (0, axes[0][place[0]] / axes[1][place[1]]), extra=check,
-    )  # fmt: skip
+
+    def speed(place: Place) -> tuple[int, float]:
+        return 0, axes[0][place[0]] / axes[1][place[1]]
+
+    found, changes = grid_results(run, cases, MAP_POINT, speed, check)
     return _map(scene, axes, found, changes, record)
 
 

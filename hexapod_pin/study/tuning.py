@@ -286,7 +286,7 @@ class CandidateRuns:
         """Return the scores of points of the unit cube: (N, S) -> (S,)."""
         first = points[:, 0] if not self.history else None
         values = [self.space.values(point) for point in points.T]
-        if first is not None:  # to the bit, without the way through the unit cube
+        if first is not None:  # to the bit, not mapped to the unit cube and back
             values[0] = dict(zip(self.space.names, self.space.first.tolist(), strict=True))
         try:
             return np.array(self.try_all(values))

@@ -23,7 +23,7 @@ class Candidate:
     Attributes:
         values: of the parameters, by name.
         score: of the objective; the penalty where a run failed.
-        failure: what the first run that failed says; empty if all went well.
+        failure: error of the first run that failed; empty if none did.
         generation: 0 for the first.
     """
 
@@ -157,7 +157,7 @@ def _row(label: str, values: tuple[float, float, float]) -> tuple[Cell, ...]:
 Objective = Callable[[Sequence[Summary], Sequence[Summary]], float]
 """Takes the summaries of some scenes and those of the baseline on the same scenes; less is better.
 
-It is asked for all scenes together, and for each alone.
+It applies to all scenes together, and to each alone.
 """
 
 Metric = Callable[[Summary], float]

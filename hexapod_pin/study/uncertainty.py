@@ -38,7 +38,7 @@ class SobolIndices(Immutable):
     """Indices of d inputs, each with the ends of its 95 % interval.
 
     Attributes:
-        of: what varies, in words.
+        of: description of what varies.
         names: of the inputs.
         first: first-order indices [-]. Shape (d,).
         first_interval: their ends. Shape (d, 2).
@@ -123,7 +123,7 @@ def sobol_indices(
         values: at the rows of A, B, AB_1 ... AB_d, one after the other; AB_i is A with column i of
             B. All finite. Shape (n (d + 2),), n a power of two.
         names: of the d inputs.
-        of: what the values are, in words.
+        of: description of the values.
         resamples: of the bootstrap.
 
     Raises:
@@ -159,10 +159,10 @@ def _indices(rows: Array) -> Array:
     return np.stack([found.first_order[:d], found.total_order[:d]])
 
 
-# What a sampled study says of one quantity: percentiles, the share that passes, what decides.
+# The result of a sampled study for one quantity: percentiles, the share that passes, what decides.
 
 PERCENTS = (5, 50, 95, 99)
-"""Which percentiles are told."""
+"""Percentiles that are reported."""
 
 LEVEL = 0.95
 """Probability of the interval of a share."""

@@ -24,8 +24,8 @@ class ExpectedFailure:
 
     Attributes:
         case: id of the hard case, or name of the check.
-        what: the number, as its row says.
-        method: method and setting, as its row says.
+        what: the number, as in its row.
+        method: method and setting, as in its row.
         reason: why it misses.
         reached: the error it makes, in the unit of the row.
     """

@@ -20,7 +20,7 @@ from hexapod_pin.validation.case_result import CaseResult, ExpectedValue, expect
 from hexapod_pin.validation.solver_setting import TIGHT, SolverSetting
 
 FAILURES = (HexapodError, ArithmeticError, ValueError, np.linalg.LinAlgError)
-"""What a wrong formula may end in; such a comparison has failed, and its result says with what."""
+"""What a wrong formula may end in; such a comparison has failed, and its result names the error."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Trial:
     label: str = "closed form"
 
     def results(self, case: str, quick: bool) -> Iterator[CaseResult]:
-        """Yield a result per expected value; one that says so where a run fails."""
+        """Yield a result per expected value, or one with the error of a run that fails."""
         if quick and self.slow:
             return
         every = (*self.settings, *self.full_only)
@@ -78,7 +78,7 @@ class NotCovered:
     why: str
 
     def results(self, case: str, quick: bool) -> Iterator[CaseResult]:
-        """Yield the one result that says so."""
+        """Yield the one result: not run."""
         yield CaseResult.not_run(case, self.what, "-", f"cannot be represented, {self.why}")
 
 
@@ -172,8 +172,8 @@ def run_cases(
             if progress is not None:
                 progress(done / len(cases))
     except (KeyboardInterrupt, SimulationInterrupted) as error:
-        told = f"interrupted; {done - 1} of {len(cases)} cases are done"
-        raise SimulationInterrupted(told, None, results=found) from error
+        text = f"interrupted; {done - 1} of {len(cases)} cases are done"
+        raise SimulationInterrupted(text, None, results=found) from error
     return found
 
 

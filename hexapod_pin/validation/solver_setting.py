@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 KEPT = ", error kept"
-"""Behind the name of a method whose runs are repeated until their error is kept."""
+"""Suffix of the name of a method whose runs are repeated until their error is small enough."""
 
 
 @dataclass(frozen=True)
@@ -31,8 +31,8 @@ class SolverSetting:
     Attributes:
         method: its name.
         value: the accuracy or step.
-        kept: of an adaptive method, whether the error of the whole run is kept, as `simulate` does
-            where nothing is said; False: a single run, whose steps keep the accuracy.
+        kept: of an adaptive method, whether the error of the whole run is controlled, the default
+            of `simulate`; False: a single run, each step of which meets the accuracy.
     """
 
     method: str
@@ -55,7 +55,7 @@ class SolverSetting:
 
     @property
     def name(self) -> str:
-        """The method, and whether the error of the whole run is kept."""
+        """The method, and whether the error of the whole run is controlled."""
         return f"{self.method}{KEPT}" if self.kept else self.method
 
     @property
@@ -74,7 +74,7 @@ def setting_text(kind: str, value: float) -> str:
 
 
 def method_names(names: Sequence[str] | None = None) -> tuple[str, ...]:
-    """Return the methods asked for, or all.
+    """Return the requested methods, or all.
 
     Raises:
         UnknownNameError: there is no such method.
@@ -95,7 +95,7 @@ DOP853 = SolverSetting("dop853", 1e-12)
 NDF = SolverSetting("ndf", 1e-12)
 EXTRAPOLATED_EULER = SolverSetting("extrapolated-euler", 1e-8)
 DEFAULT = SolverSetting("extrapolated-euler", 1e-4)
-"""What `simulate` takes where nothing is named."""
+"""The default of `simulate`."""
 
 IMPLICIT_1MS = SolverSetting("implicit-euler", 1e-3)
 ROBUST_1MS = SolverSetting("robust", 1e-3)
@@ -108,7 +108,7 @@ def rk4(step: float) -> SolverSetting:
 
 
 TIGHT = (DOP853, NDF)
-"""Where a case asks for more than extrapolated-euler promises."""
+"""Where a case needs more than extrapolated-euler promises."""
 
 REFERENCE = (DOP853, NDF, EXTRAPOLATED_EULER)
 """Every adaptive method at its tightest."""
@@ -123,7 +123,7 @@ class CaseRun:
 
     Attributes:
         scene: robot, ground, contact, servos.
-        start: state at t = 0, or a checkpoint to go on from.
+        start: state at t = 0, or a checkpoint to continue from.
         duration: simulated time [s], a whole number of samples.
         sample: time between samples [s]; None: only the start and the end.
         controller: gives the joint set-points.
@@ -137,7 +137,7 @@ class CaseRun:
 
     @property
     def initial(self) -> State:
-        """The state at t = 0 of a run that does not go on from a checkpoint."""
+        """The state at t = 0 of a run that does not continue from a checkpoint."""
         return cast("State", self.start)
 
     def by(self, setting: SolverSetting) -> Trace:

@@ -168,7 +168,7 @@ def _row(step: float, found: Sequence[StressOutcome]) -> tuple[str, ...]:
 def energy_of(trace: Trace, scene: Scene) -> Array:
     """Return kinetic, potential, elastic and servo-spring energy at the samples. Shape (T,) [J].
 
-    From the states alone, whatever the method kept book of.
+    From the states alone, whatever the method has recorded.
     """
     kp, _ = scene.servos.gains(scene.robot)
     servo = 0.5 * ((trace.q_ref - trace.q[:, 7:]) ** 2) @ kp

@@ -53,7 +53,7 @@ def failures_text(results: Sequence[CaseResult]) -> str:
 
 
 def part_verdict(missed: int, runs: int) -> str:
-    """Return "pass", or "FAIL: 2 of 60 runs" for a row that stands for several runs."""
+    """Return "pass", or "FAIL: 2 of 60 runs" for a row of several runs."""
     return f"FAIL: {missed} of {runs} runs" if missed else "pass"
 
 

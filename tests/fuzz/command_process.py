@@ -227,7 +227,7 @@ def _is_of_python(name: str) -> bool:
 
 def _is_log(name: str, ending: Ending) -> bool:
     """Tell whether it is the log of a store that could not be finished: `--resume` needs it."""
-    return name.endswith(("-wal", "-shm")) and b"go on with --resume" in ending.err
+    return name.endswith(("-wal", "-shm")) and b"continue with --resume" in ending.err
 
 
 def _formulas(path: Path) -> Iterator[str]:

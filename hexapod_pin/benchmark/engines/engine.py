@@ -204,7 +204,7 @@ def _joint(model: Any, index: int, name: str, damping: float) -> str:
     )
 
 
-# The other engines as entries: who is installed, and each method's own reference.
+# The other engines as entries: those installed, and each method's own reference.
 
 ENGINES = {
     "mujoco": ("MuJoCo", "mujoco_engine", "Mujoco"),
@@ -236,7 +236,7 @@ class EngineEntry:
 
     @property
     def setting(self) -> str:
-        """Its step or accuracy, in words."""
+        """Its step or accuracy as text."""
         return setting_text(self.kind, self.value)
 
     def run(self) -> RunOutcome:

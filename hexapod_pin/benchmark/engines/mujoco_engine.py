@@ -89,11 +89,11 @@ class Mujoco:
 @contextmanager
 def _warnings(mujoco: Any) -> Iterator[list[str]]:
     """Collect MuJoCo's warnings, which are all of divergence, instead of its log file."""
-    said: list[str] = []
+    warned: list[str] = []
     before = mujoco.get_mju_user_warning()
-    mujoco.set_mju_user_warning(said.append)
+    mujoco.set_mju_user_warning(warned.append)
     try:
-        yield said
+        yield warned
     finally:
         mujoco.set_mju_user_warning(before)
 

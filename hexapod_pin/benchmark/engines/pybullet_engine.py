@@ -85,7 +85,7 @@ class Pybullet:
         return np.clip(torque, -problem.limit, problem.limit)
 
     def _place(self, bullet: Any, robot: int) -> Array:
-        """Return the origin of the trunk; PyBullet tells the place of its centre of mass [m]."""
+        """Return the origin of the trunk; PyBullet returns that of its centre of mass [m]."""
         place, attitude = bullet.getBasePositionAndOrientation(robot)
         return np.array(place) - _rotation(bullet, attitude) @ self._base_com()
 

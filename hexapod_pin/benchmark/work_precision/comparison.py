@@ -1,4 +1,4 @@
-"""One scene measured: its references, its rows, and what must be said with them."""
+"""One scene measured: its references, its rows, and notes on them."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class Comparison:
         task: what was run.
         references: the references used, ours first.
         rows: one per entry.
-        notes: what must be said with the rows.
+        notes: on the rows.
         interrupted: whether Ctrl-C cut it short.
     """
 
@@ -79,7 +79,7 @@ class Comparison:
 
     @property
     def missed(self) -> list[BenchmarkRow]:
-        """The rows that missed the accuracy they asked for."""
+        """The rows that missed their requested accuracy."""
         return [row for row in self.rows if row.missed]
 
     @property
@@ -91,7 +91,7 @@ class Comparison:
 def command_text(
     scenes: Sequence[str], options: SceneOptions, plan: ComparisonSettings, accuracy: float | None
 ) -> str:
-    """Return the command that asks for a comparison, or for advice with an accuracy [m, rad]."""
+    """Return the command of a comparison, or of advice where an accuracy is given [m, rad]."""
     return (
         f"hexapod-pin bench {' '.join(scenes)}{as_typed(options)}"
         + ("" if plan.names is None else f" --methods {','.join(plan.names)}")
@@ -138,7 +138,7 @@ def compare(task: Task, plan: ComparisonSettings, progress: Progress | None = No
 def _others(
     task: Task, plan: ComparisonSettings, notes: list[str], progress: Progress | None
 ) -> Sequence[Entry]:
-    """Return the other engines' entries; says in `notes` what there is to say."""
+    """Return the other engines' entries; remarks are added to `notes`."""
     from hexapod_pin.benchmark.engines.engine import LAW, engine_entries
 
     found = engine_entries(task, quick=plan.quick, progress=_first(progress))
@@ -149,7 +149,7 @@ def _others(
 
 
 def _stops_note(task: Task, reference: ReferenceSolution, notes: list[str]) -> None:
-    """Say where the comparison has joint stops on one side only."""
+    """Note where the comparison has joint stops on one side only."""
     robot, q = task.scene.robot, reference.outcome.q
     if q is not None and ((q[:, 7:] < robot.lower) | (q[:, 7:] > robot.upper)).any():
         notes.append("a joint passes its limit: our stops hold it, other engines have none here")

@@ -31,7 +31,7 @@ class RunOutcome:
         places: (T, 3) trunk in the world at the samples, t = 0 included [m].
         q: (T, 7 + n) all positions at the samples; None from another engine.
         wall: wall time of the integration alone [s].
-        evaluations: of the dynamics; None where the engine does not tell.
+        evaluations: of the dynamics; None where the engine gives no count.
         steps: accepted steps.
         rejected: rejected steps.
         touches: changes between touching and not, over all feet, from sample to sample.
@@ -97,7 +97,7 @@ class Entry(Protocol):
 
     @property
     def setting(self) -> str:
-        """Its step or accuracy, in words."""
+        """Its step or accuracy as text."""
         ...
 
     @property
@@ -128,7 +128,7 @@ class BenchmarkRow:
     Attributes:
         engine: whose method it is.
         method: its name.
-        setting: its step or accuracy, in words.
+        setting: its step or accuracy as text.
         value: the same as a number; smaller is tighter.
         error: largest difference of any position from the reference [m, rad]; nan for another
             engine and for a run that did not end.
@@ -137,9 +137,9 @@ class BenchmarkRow:
         uncertainty: uncertainty of the reference in `error`, or in `trunk` for another engine.
         wall: median wall time per simulated second [s].
         runs: how many runs that is the median of.
-        evaluations: per simulated second; None where the engine does not tell.
-        steps: accepted steps per simulated second; None where the engine does not tell.
-        rejected: rejected steps per simulated second; None where the engine does not tell.
+        evaluations: per simulated second; None where the engine gives no count.
+        steps: accepted steps per simulated second; None where the engine gives no count.
+        rejected: rejected steps per simulated second; None where the engine gives no count.
         note: what went wrong, or a warning.
     """
 
@@ -175,14 +175,14 @@ class BenchmarkRow:
 
     @property
     def missed(self) -> bool:
-        """Whether it ran, missed the accuracy it asked for, and did not say so itself."""
+        """Whether it ran, missed its requested accuracy, and did not report that itself."""
         return self.verdict.startswith("FAIL")
 
     @property
     def verdict(self) -> str:
-        """Return what became of the accuracy asked for: "pass", "FAIL: 3.2 times", or why neither.
+        """Return the verdict on the requested accuracy: "pass", "FAIL: 3.2 times", or why neither.
 
-        A run whose own estimate is beyond the accuracy has said that it could not keep it.
+        A run whose own estimate exceeds the accuracy has reported that it missed it.
         """
         if self.refused:
             return f"not run: {self.note.partition(': ')[2]}"
@@ -214,7 +214,7 @@ def measure(
 ) -> Measured:
     """Run all entries `rounds` times in turn, every other round backwards.
 
-    A round before the first gives errors and counts; its times are kept only where there are no
+    A round before the first gives errors and counts; its times are used only where there are no
     others: of runs slower than `SINGLE_RUN_WALL`, and when interrupted.
 
     Args:
@@ -290,8 +290,8 @@ def cheapest(
     """Return the cheapest setting of one method whose error is at most `level`.
 
     A setting counts only if every tighter one meets the level too: a run that hits it by chance
-    does not. A run that diverged meets none. Within one method the count of evaluations tells
-    which is cheapest, where there is one: it has no noise.
+    does not. A run that diverged meets none. Within one method the count of evaluations
+    decides which is cheapest, where there is one: it has no noise.
 
     Args:
         own: rows of one method, loosest first.

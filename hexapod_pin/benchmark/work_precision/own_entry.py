@@ -39,7 +39,7 @@ def sweep_settings(task: Task, method: str, *, quick: bool = False) -> list[Solv
 def kept_settings(
     task: Task, methods: Sequence[str], *, quick: bool = False
 ) -> list[SolverSetting]:
-    """Return the settings of the adaptive ones of some methods, the error of the whole run kept."""
+    """Return settings of the adaptive ones of some methods, the whole run's error controlled."""
     return [
         replace(setting, kept=True)
         for method in methods
@@ -91,12 +91,12 @@ class OwnEntry:
 
     @property
     def method(self) -> str:
-        """Name of the method, and whether the error of the whole run is kept."""
+        """Name of the method, and whether the error of the whole run is controlled."""
         return self.solver.name
 
     @property
     def setting(self) -> str:
-        """Its accuracy or step, in words."""
+        """Its accuracy or step as text."""
         return self.solver.text
 
     @property
@@ -141,17 +141,17 @@ def find_reference(task: Task, *, max_wall: float = MAX_ATTEMPT_WALL) -> Referen
         max_wall: wall time [s] after which an attempt is given up for the next method.
 
     Raises:
-        NoReferenceError: fewer than two methods reached the end; says what each did.
+        NoReferenceError: fewer than two methods reached the end; the message lists what each did.
     """
-    told: list[str] = []
+    failures: list[str] = []
     good: list[tuple[SolverSetting, RunOutcome]] = []
-    for setting, outcome in _attempts(task, max_wall, told):
+    for setting, outcome in _attempts(task, max_wall, failures):
         good.append((setting, outcome))
         if len(good) == 2:
             (first, tightest), (second, check) = good
             uncertainty = tightest.distance(check)
             return ReferenceSolution(tightest, str(first), uncertainty, str(second))
-    raise NoReferenceError(f"{task.name}: no reference with a check. {' '.join(told)}")
+    raise NoReferenceError(f"{task.name}: no reference with a check. {' '.join(failures)}")
 
 
 def known_answer(task: Task, reference: ReferenceSolution) -> float | None:
@@ -162,7 +162,7 @@ def known_answer(task: Task, reference: ReferenceSolution) -> float | None:
 
 
 def _attempts(
-    task: Task, max_wall: float, told: list[str]
+    task: Task, max_wall: float, failures: list[str]
 ) -> Iterator[tuple[SolverSetting, RunOutcome]]:
     """Yield the tightest run of every line of `CHOICES` that gives a result."""
     for line in CHOICES:
@@ -174,12 +174,12 @@ def _attempts(
             except UserCodeError as error:
                 if not isinstance(error.__cause__, _TooSlowError):
                     raise
-                told.append(f"{setting}: more than {max_wall:g} s.")
+                failures.append(f"{setting}: more than {max_wall:g} s.")
                 break
             if outcome.ended:
                 yield setting, outcome
                 break
-            told.append(f"{setting}: {outcome.note}.")
+            failures.append(f"{setting}: {outcome.note}.")
 
 
 def _time_limit(max_wall: float) -> Callable[[float], None]:

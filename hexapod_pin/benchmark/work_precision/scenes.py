@@ -151,7 +151,7 @@ DEFAULT_CYCLE, DEFAULT_SAMPLE, STANDING_DURATION = 2.4, 0.01, 1.0
 
 @dataclass(frozen=True)
 class SceneOptions:
-    """What a command says about the scene; None where it says nothing.
+    """Options of a command for the scene; None where one is not given.
 
     Attributes:
         gait: tripod, ripple, tetrapod, wave, or hold.
@@ -202,7 +202,7 @@ def find_task(name: str, options: SceneOptions) -> Task:
     Args:
         name: a built-in scene, the path of a scene file (.toml), or a robot: its name, or the path
             of its URDF.
-        options: what was said besides.
+        options: given besides.
 
     Raises:
         UnknownNameError: there is no such scene, robot, gait or contact preset.
@@ -217,7 +217,7 @@ def find_task(name: str, options: SceneOptions) -> Task:
         )
         return _cut(built_in(name), options)
     if name.endswith(".toml"):
-        options.refuse(SCENE_OPTIONS, "The scene file says it.")
+        options.refuse(SCENE_OPTIONS, "The scene file gives it.")
         return _with_gait(Path(name).stem, _read(Path(name)), options)
     try:
         return _with_gait(name, _robot_scene(name, options), options)
@@ -229,7 +229,7 @@ def find_task(name: str, options: SceneOptions) -> Task:
 
 
 def _cut(task: Task, options: SceneOptions) -> Task:
-    """Return a built-in task with the duration and samples asked for."""
+    """Return a built-in task with the requested duration and samples."""
     duration = task.duration if options.duration is None else options.duration
     if not 0.0 < duration <= task.duration:
         raise ParameterError("--duration", duration, f"above 0 and at most {task.duration:g} s")
@@ -270,7 +270,7 @@ def _with_gait(name: str, scene: Scene, options: SceneOptions) -> Task:
 
 
 def _controller(robot: Robot, options: SceneOptions) -> tuple[Controller, float, str]:
-    """Return the controller, how long it is run unless said [s], and what it is."""
+    """Return the controller, its default duration [s], and what it is."""
     from hexapod_pin.control.feasible_gait import feasible_gait
     from hexapod_pin.control.kinematic import KinematicControl
     from hexapod_pin.control.sampled_trajectory import HoldPosture

@@ -20,10 +20,10 @@ if TYPE_CHECKING:
     from hexapod_pin.scene.scene import Scene
 
 LONGEST = 1e4
-"""Longest task, every method of which is held against runs far tighter [s]."""
+"""Longest task [s]: every method on it is compared with far more accurate runs."""
 
 MOST_SAMPLES = 200_000
-"""Of a task: each of its many runs keeps them all, and no step is longer than their distance."""
+"""Of a task: each of its many runs stores them all, and no step is longer than their distance."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""Cases on workers: handed out in pieces, kept when they come back, given out anew."""
+"""Cases are given to workers in pieces, stored when they return, and given again after a death."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ TOGETHER = 64
 
 
 class Sink(Protocol):
-    """What keeps what has become of cases, such as a store."""
+    """Stores outcomes of cases, such as a store."""
 
     @property
     def path(self) -> Path | None:
@@ -65,7 +65,7 @@ class Distribution:
         threads: int,
         progress: Callable[[], None],
     ) -> None:
-        """Take what is to be run and what keeps it; nothing is handed out yet."""
+        """Take the cases, and where their outcomes go; nothing is given to workers yet."""
         self.work, self.store, self.workers = work, store, workers
         self.chunk, self.threads, self.progress = chunk, threads, progress
         self.under_way: dict[Future[bytes], list[int]] = {}
@@ -216,11 +216,11 @@ class Distribution:
         have = "No case was finished"
         if kept and self.store.path is not None:
             have = (
-                f"{kept} finished cases are kept in {self.store.path}; go on with --resume "
+                f"{kept} finished cases are kept in {self.store.path}; continue with --resume "
                 "(resume=True)"
             )
         elif kept:
-            have = f"{kept} cases were finished, and kept nowhere: there is no store"
+            have = f"{kept} cases were finished, but not kept: there is no store"
         return WorkersError(f"{what}. {have}.", kept)
 
 

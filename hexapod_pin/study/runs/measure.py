@@ -1,4 +1,4 @@
-"""A measure is what a study keeps of each run; its rows are stored and sent as text and doubles."""
+"""A measure is what a study keeps of a run; its rows are stored and sent as text and doubles."""
 
 from __future__ import annotations
 
@@ -143,8 +143,8 @@ SUMMARY = Measure("hexapod_pin.study.runs.measure:SUMMARY", 1, "summary", Summar
 """The whole summary of a run."""
 
 
-# A row as text and doubles. In the text 0 stands for the next float and 1 for the next whole
-# number; objects with one key stand for what JSON does not tell apart.
+# A row as text and doubles. In the text, 0 means the next float and 1 the next whole number;
+# objects with one key mark kinds that JSON does not distinguish.
 
 EXACT = 2**53
 """Whole numbers up to this one are doubles."""

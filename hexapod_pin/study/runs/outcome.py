@@ -97,7 +97,7 @@ def from_bytes(message: bytes) -> list[Outcome]:
 # What a case leaves: its numbers in the order in which a store keeps them.
 
 PATH, PATH_COLUMNS = "path", 4
-"""The array of a summary whose length differs from run to run; it stands last."""
+"""The array of a summary whose length differs from run to run; it is the last one."""
 
 
 class CaseNumbers(Record):

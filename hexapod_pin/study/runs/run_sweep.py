@@ -45,14 +45,13 @@ def run_sweep(
     Args:
         study: whose cases to run.
         store: the SQLite file that keeps them.
-        threads: of the native core; None: 2 in this process, 1 in each worker.
+        threads: of the native core; see `RunOptions`, also for the options below.
         processes: worker processes of this machine.
-        executor: of `concurrent.futures`, or a function that makes one (and, where it breaks,
-            another). A broken `ProcessPoolExecutor` is made anew.
-        scheduler: address of a Dask scheduler, such as "tcp://10.0.0.1:8786".
+        executor: of `concurrent.futures`.
+        scheduler: address of a Dask scheduler.
         chunk: cases that a worker is given at a time.
-        resume: go on with a store that exists: what is finished is not run again.
-        retry_failed: go on, and run failed cases again.
+        resume: continue a store that exists: finished cases are not run again.
+        retry_failed: continue, and run failed cases again.
         progress: called with the finished fraction (0..1).
 
     Raises:
@@ -77,20 +76,20 @@ def run_sweep(
         ) as run:  # fmt: skip
             kept = cast("SweepStore", run.store)
 
-            def tell() -> None:
+            def report() -> None:
                 if progress is not None:
                     progress(len(kept.finished) / len(study))
 
-            tell()
+            report()
             missing = [index for index in range(len(study)) if index not in kept.finished]
-            run.run(study, missing, kept, tell, chunk)
+            run.run(study, missing, kept, report, chunk)
     except (KeyboardInterrupt, SimulationInterrupted):
         if run is None:
             raise
         result = open_sweep(path)
         text = (
             f"interrupted: {len(result) - len(result.pending)} of {len(result)} cases are kept in "
-            f"{path}; go on with --resume (resume=True)"
+            f"{path}; continue with --resume (resume=True)"
         )
         raise StudyInterrupted(text, result) from None
     return open_sweep(path)

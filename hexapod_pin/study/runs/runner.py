@@ -1,9 +1,9 @@
 """Studies run many cases by a runner, which remembers their rows and survives being killed.
 
-A study is a function of a `Runner` that asks for rows of cases. With a store each row is on the
-disk as soon as its case is finished, under what identifies it; going on is running the study again,
-whose known rows return at once. No state of the study itself is stored: it must ask for the same
-cases again, so it uses no clock and no order in which cases finish.
+A study is a function of a `Runner` that requests rows of cases. With a store, each row is on the
+disk as soon as its case is finished, under a key of its content. To resume is to run the study
+again: known rows return at once. No state of the study itself is stored, so it must request the
+same cases again: it uses no clock and no order in which cases finish.
 """
 
 from __future__ import annotations
@@ -55,12 +55,12 @@ class RunOptions(TypedDict, total=False):
     """How a study is run; every study takes these, and gives the same bits with any of them.
 
     store: SQLite file that keeps every finished row; None: nothing is kept.
-    resume: go on with a store that exists: rows that it holds are not run again.
-    retry_failed: go on, and run failed cases again.
+    resume: continue a store that exists: rows in it are not run again.
+    retry_failed: continue, and run failed cases again.
     threads: of the native core; None: 2 in this process, 1 in each worker.
     processes: worker processes of this machine.
     executor: of `concurrent.futures`, or a function that makes one (and, where it breaks, another).
-        A broken `ProcessPoolExecutor` is made anew.
+        A broken `ProcessPoolExecutor` is replaced.
     scheduler: address of a Dask scheduler, such as "tcp://10.0.0.1:8786".
     progress: called with the finished fraction (0..1).
 
@@ -79,10 +79,10 @@ class RunOptions(TypedDict, total=False):
 
 @checked
 class Rows(Sequence[Any], Generic[Row]):
-    """What became of cases, in their order: a row, an error, or None of a case that was not run."""
+    """Results of cases in their order: a row, an error, or None for a case that was not run."""
 
     def __init__(self, found: Sequence[Row | Exception | None]) -> None:
-        """Take what was found."""
+        """Store the results."""
         self._found = tuple(found)
 
     def __len__(self) -> int:
@@ -94,7 +94,7 @@ class Rows(Sequence[Any], Generic[Row]):
     @overload
     def __getitem__(self, index: slice) -> Sequence[Row | Exception | None]: ...
     def __getitem__(self, index: int | slice) -> Any:
-        """Return what became of a case, or of some."""
+        """Return the result of a case, or of several."""
         return self._found[index]
 
     @property
@@ -103,10 +103,10 @@ class Rows(Sequence[Any], Generic[Row]):
         return all(one is not None for one in self._found)
 
     def require_complete(self, lost: str = "") -> list[Row | Exception]:
-        """Return what became of all cases, for a study that cannot go on without.
+        """Return the rows and errors of all cases, for a study that needs every one.
 
         Args:
-            lost: what there is none of for this, in words.
+            lost: description of what is missing without them.
 
         Raises:
             StudyInterrupted: a case was not run; `.result` holds the rows.
@@ -125,8 +125,8 @@ class Runner:
     Attributes:
         progress: called with the finished fraction of the study, or None.
         interrupted: whether Ctrl-C came: cases that are not known are not run any more.
-        asked: how many rows were asked for.
-        finished: of how many it is known what became of them.
+        asked: how many rows were requested.
+        finished: how many of them are known.
     """
 
     def __init__(
@@ -153,8 +153,8 @@ class Runner:
         """Return the rows of cases; after Ctrl-C, of those that are known.
 
         Args:
-            cases: what to run. An exception stands for a case that cannot be, and is its row.
-            measure: what is kept of each run, or of each case one.
+            cases: what to run. An exception takes the place of an impossible case, and is its row.
+            measure: what is kept of each run; one, or one for each case.
             span: fractions of the study that are finished before and after these cases; None:
                 no progress is reported.
 
@@ -170,7 +170,7 @@ class Runner:
         listed = CaseList([cast("Case", given[k]) for k in places], [measures[k] for k in places])
         failed, total = len(given) - len(places), len(given)
 
-        def tell(done: int) -> None:
+        def report(done: int) -> None:
             if self.progress is not None and span is not None:
                 self.progress(span[0] + (span[1] - span[0]) * ((failed + done) / total))
 
@@ -178,9 +178,9 @@ class Runner:
         self.asked += total
         try:
             if self.store is None and self.workers is None:
-                self._run_here(listed, rows, tell)
+                self._run_here(listed, rows, report)
             else:
-                self._run_kept(listed, rows, tell)
+                self._run_kept(listed, rows, report)
         except (KeyboardInterrupt, SimulationInterrupted):
             self.interrupted = True
         for place, row in rows.items():
@@ -189,7 +189,7 @@ class Runner:
         return Rows(found)
 
     def _run_here(
-        self, listed: CaseList, rows: dict[int, Any], tell: Callable[[int], None]
+        self, listed: CaseList, rows: dict[int, Any], report: Callable[[int], None]
     ) -> None:
         """Run cases on threads; their rows are kept in memory alone, as they are."""
         if self.interrupted or not listed.cases:
@@ -201,18 +201,18 @@ class Runner:
                 if isinstance(result, Exception)
                 else listed.measures[place].measured(listed.cases[place], result)
             )
-            tell(len(rows))
+            report(len(rows))
 
     def _run_kept(
-        self, listed: CaseList, rows: dict[int, Any], tell: Callable[[int], None]
+        self, listed: CaseList, rows: dict[int, Any], report: Callable[[int], None]
     ) -> None:
         """Take known rows from the store, and run the other cases."""
         kept = _Kept(listed, cast("RowStore | None", self.store), rows)
         kept.take_known()
         if rows:
-            tell(len(rows))
+            report(len(rows))
         if kept.missing and not self.interrupted:
-            self.run(listed, kept.missing, kept, lambda: tell(len(rows)))
+            self.run(listed, kept.missing, kept, lambda: report(len(rows)))
 
     def run(
         self,
@@ -228,7 +228,7 @@ class Runner:
             work: makes the cases.
             indices: of the cases to run.
             sink: keeps what becomes of them.
-            tell: called after some were kept.
+            tell: called whenever some were kept.
             chunk: cases that a worker is given at a time; None: 4, or fewer so that all have some.
 
         Raises:
@@ -330,12 +330,12 @@ def run_study(
     """Run a study, and return what it returns.
 
     Args:
-        study: takes a `Runner`, then `args` and `settings`. For the same arguments it must ask for
-            the same cases: then a study that was killed goes on.
+        study: takes a `Runner`, then `args` and `settings`. For the same arguments it must request
+            the same cases: then a study that was killed can be resumed.
         *args: of the study.
         store: see `RunOptions`, also for the options below.
-        resume: go on with a store.
-        retry_failed: go on, and run failed cases again.
+        resume: continue a store.
+        retry_failed: continue, and run failed cases again.
         threads: of the native core.
         processes: worker processes of this machine.
         executor: of `concurrent.futures`.
@@ -392,7 +392,7 @@ def _finished(
     if run.interrupted:
         text = text or f"interrupted after {run.finished} of {run.asked} cases"
         if run.store is not None:
-            text += f"; they are kept in {run.store.path}, go on with --resume (resume=True)"
+            text += f"; they are kept in {run.store.path}, continue with --resume (resume=True)"
         raise StudyInterrupted(text, result)
     return cast("Result", result)
 
@@ -437,7 +437,7 @@ def check_count(name: str, value: int | None, most: int) -> None:
     """Refuse what is no count from 1 to `most`; None will do.
 
     Raises:
-        ParameterError: says which.
+        ParameterError: names the value.
     """
     whole = isinstance(value, int) and not isinstance(value, bool)
     if value is not None and not (whole and 1 <= value <= most):

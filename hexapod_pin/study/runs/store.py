@@ -1,4 +1,4 @@
-"""Stores for their one writer: begun, or gone on with; every case durable at once.
+"""Stores for one writer: new or resumed, every case on the disk at once.
 
 `RowStore` holds rows of any studies by what identifies them; `SweepStore` the cases of one sweep by
 their place in it. Both are files of the same kind.
@@ -38,6 +38,7 @@ from hexapod_pin.study.runs.store_lock import StoreLock
 from hexapod_pin.study.runs.store_schema import (
     ROWS,
     CaseRow,
+    input_columns,
     is_of_rows,
     read_inputs,
     read_meta,
@@ -46,7 +47,6 @@ from hexapod_pin.study.runs.store_schema import (
     study_sum,
     write_meta,
     write_rows,
-    write_study,
 )
 from hexapod_pin.user_file import user_path
 
@@ -54,7 +54,7 @@ if TYPE_CHECKING:
     from hexapod_pin.study.sweep import SweepStudy
 
 CHECKED_CASES = 3
-"""Cases whose digests are compared before a sweep goes on."""
+"""Cases whose digests are compared before a sweep is resumed."""
 
 Kind = TypeVar("Kind", bound="Store")
 """A kind of store."""
@@ -72,15 +72,15 @@ class Store(ABC):
     noun = "rows of studies"
 
     def __init__(self, path: str | Path, *, resume: bool = False, retry: bool = False) -> None:
-        """Begin a store, or go on with one.
+        """Begin a store, or resume one.
 
         Args:
             path: of the file.
-            resume: whether an existing store of the same study is gone on with.
+            resume: whether an existing store of the same study is resumed.
             retry: whether failed cases are forgotten, so that they are run again.
 
         Raises:
-            StoreExistsError: there is a store, and `resume` was not asked for.
+            StoreExistsError: there is a store, and `resume` is False.
             StoreLockedError: another process writes to it.
             OtherStudyError: it is the store of another study, or of other versions.
             StoreFullError: the disk is full.
@@ -126,8 +126,8 @@ class Store(ABC):
     def _exists(self) -> StoreExistsError:
         kept = self._count()
         return StoreExistsError(
-            str(self.path), f"holds {self.noun} already, {kept} cases of it finished: go on with "
-            "it by --resume (resume=True), or remove it, or name another store.", kept,
+            str(self.path), f"holds {self.noun} already, {kept} cases of it finished: continue "
+            "it with --resume (resume=True), or remove it, or name another store.", kept,
         )  # fmt: skip
 
     def _count(self, table: str = "cases") -> int:
@@ -200,28 +200,26 @@ class SweepStore(Store):
     def __init__(
         self, path: str | Path, study: SweepStudy, *, resume: bool = False, retry: bool = False
     ) -> None:
-        """Begin or go on; see `Store`. `study`: whose cases it holds."""
+        """Begin or resume; see `Store`. `study`: whose cases it holds."""
         self.study = study
         super().__init__(path, resume=resume, retry=retry)
 
     def _begin(self) -> None:
         """Write down what is swept."""
         study = self.study
-        write_study(
-            self.connection, study,
-            {
-                "name": study.name,
-                "study": study.text,
-                "folder": str(study.folder or ""),
-                "digest": study.digest,
-                "cases": str(len(study)),
-                "versions": json.dumps(package_versions()),
-                "quantities": _quantities_text(),
-            },
-        )  # fmt: skip
+        meta = {
+            "name": study.name,
+            "study": study.text,
+            "folder": str(study.folder or ""),
+            "digest": study.digest,
+            "cases": str(len(study)),
+            "versions": json.dumps(package_versions()),
+            "quantities": _quantities_text(),
+        }
+        write_meta(self.connection, meta, input_columns(study))
 
     def _go_on(self) -> None:
-        """Refuse to mix cases that are not of one study; write anew what is damaged of it."""
+        """Refuse to mix cases of two studies; write a damaged description of the study again."""
         study = self.study
         meta = read_meta(self.connection)
         self._require_same(meta, study)
@@ -235,7 +233,9 @@ class SweepStore(Store):
             return
         names = {item.name for item in study.uncertain}
         drawn = {one.about["name"]: one.values for one in columns if one.about["name"] in names}
-        kinds_known = all(values.dtype == float for values in drawn.values())  # texts do not tell
+        kinds_known = all(
+            values.dtype == float for values in drawn.values()
+        )  # texts do not show it
         if kinds_known and names == drawn.keys():
             study._take_drawn({name: drawn[name][: study.rows].tolist() for name in drawn})
 
@@ -263,7 +263,7 @@ class SweepStore(Store):
                 what = two if key == "versions" else "other quantities"
                 raise OtherStudyError(
                     str(self.path), f"was begun by another release ({what}), whose cases may "
-                    "differ in their bits: go on with that one, or name another store.",
+                    "differ in their bits: continue with that one, or name another store.",
                     meta[key], given[key],
                 )  # fmt: skip
 
@@ -271,7 +271,7 @@ class SweepStore(Store):
         self.finished = {row.number for row in self._intact_rows(self._require_same_cases)}
 
     def _require_same_cases(self, rows: list[CaseRow]) -> None:
-        """Refuse to go on where some cases are no longer what they were."""
+        """Refuse to resume where some cases have changed."""
         for row in [one for one in rows if one.state == DONE][:CHECKED_CASES]:
             now = self.study.case(row.number).digest
             if now != row.digest:

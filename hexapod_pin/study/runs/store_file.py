@@ -247,8 +247,8 @@ def _store_error(path: Path, kept: int | None, error: sqlite3.Error) -> SweepSto
     if full:
         have = f" {kept} finished cases are kept in it;" if kept else ""
         return StoreFullError(
-            str(path), f"{full} ({error});{have} make room and go on with --resume (resume=True).",
-            kept,
+            str(path), f"{full} ({error});{have} make room and continue with --resume "
+            "(resume=True).", kept,
         )  # fmt: skip
     if code in (BUSY, LOCKED):
         return StoreLockedError(str(path), f"another connection holds it ({error}).")

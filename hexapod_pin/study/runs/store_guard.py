@@ -1,4 +1,4 @@
-"""The names of a store's files: what stands there is the store's own, or it is refused untouched.
+"""The names of a store's files: a file there is the store's own, or it is refused and not changed.
 
 SQLite overwrites and removes whatever has the name of its log, and follows a link to a file that it
 then writes into. All of these names are therefore looked at before SQLite sees them.
@@ -174,7 +174,7 @@ def _other_content(beside: Path, ending: str, write: bool) -> str:
         os.close(file)
     if not head.strip(b"\0"):
         return ""
-    # SQLite cuts its shared memory to three bytes before it begins it anew
+    # SQLite cuts its shared memory to three bytes before it writes it again
     begun = any(head.startswith(mark) or head == mark[:3] for mark in marks)
     return "" if begun else "a file of something else"
 

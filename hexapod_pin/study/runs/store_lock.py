@@ -18,12 +18,12 @@ from hexapod_pin.study.runs.store_guard import is_same, refused
 from hexapod_pin.user_file import kind_of
 
 CONTENT = b"hexapod-pin: one sweep at a time writes to the store beside this file\n"
-"""By which a lock is told from any other file of its name."""
+"""Content that distinguishes a lock from any other file of its name."""
 
 FLAGS = os.O_RDWR | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC | os.O_NOCTTY
 
 TRIES = 100
-"""How often a lock is made anew whose owner removes it in the meantime."""
+"""Attempts to make a lock whose owner removes it in the meantime."""
 
 NO_LINKS = (errno.EPERM, errno.EOPNOTSUPP, errno.ENOSYS)
 """What a file system without hard links answers."""
@@ -146,8 +146,8 @@ class StoreLock:
             if error.errno in (errno.EACCES, errno.EAGAIN):
                 raise self._locked("another process") from error
             raise SweepStoreError(
-                str(self.store), f"its lock {self.path} cannot be held ({error.strerror}): put the "
-                "store on a disk of this machine.",
+                str(self.store), f"its lock {self.path} cannot be taken ({error.strerror}): put "
+                "the store on a disk of this machine.",
             ) from error  # fmt: skip
 
     def _foreign(self, error: Exception) -> SweepStoreError:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sqlite3
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -113,7 +114,7 @@ def read_store(path: Path) -> StoredSweep:
             if meta.get("sum") != study_sum(connection):
                 raise SweepStoreError(
                     str(path), "what it holds of its study (tables meta, inputs) is damaged: run "
-                    "the study again with --resume (resume=True), which writes that anew.",
+                    "the study again with --resume (resume=True), which writes that again.",
                 )  # fmt: skip
             return _read(connection, meta)
     finally:
@@ -126,7 +127,8 @@ def _read(connection: sqlite3.Connection, meta: dict[str, str]) -> StoredSweep:
         meta, read_inputs(connection, count), stored, [NOT_RUN] * count, [""] * count,
         np.full(count, np.nan),
     )  # fmt: skip
-    labels, assumed = _Labels(), _Assumed()
+    labels = lru_cache(maxsize=None)(lambda text: checked_labels(read_json("labels", text)))
+    assumed: dict[str | None, None] = {}
     for row, intact in stored_rows(connection):
         number = checked_number(row.number, count)
         if not intact:
@@ -137,41 +139,20 @@ def _read(connection: sqlite3.Connection, meta: dict[str, str]) -> StoredSweep:
         if row.state != DONE:
             continue
         found.verdict[number] = row.verdict
-        found.labels[number] = labels.of(row.labels)
-        assumed.add(row.assumed)
+        found.labels[number] = labels(row.labels)  # one object for cases that share the text
+        assumed[row.assumed] = None
         found.wall_time[number] = row.wall_time
         found.values[number] = checked_numbers(number, row.numbers, found.labels[number], stored)
         found.counters[number] = read_json(f"cases[{number}].counters", row.counters)
         check_data(CounterText, f"cases[{number}]", {"counters": found.counters[number]})
-    found.assumed = list(assumed.found)
+    found.assumed = list(dict.fromkeys(one for text in assumed for one in _assumptions(text)))
     return found
 
 
-class _Labels:
-    """Labels that many cases share, each text read and checked once."""
-
-    def __init__(self) -> None:
-        self.known: dict[str | None, Labels] = {}
-
-    def of(self, text: str | None) -> Labels:
-        if text not in self.known:
-            self.known[text] = checked_labels(read_json("labels", text))
-        return self.known[text]
-
-
-class _Assumed:
-    """What cases assume, each text read and checked once."""
-
-    def __init__(self) -> None:
-        self.texts: set[str | None] = set()
-        self.found: dict[str, None] = {}
-
-    def add(self, text: str | None) -> None:
-        if text not in self.texts:
-            listed = read_json("assumed", text)
-            check_data(ListText, "assumed", {"texts": listed})
-            self.found.update(dict.fromkeys(listed))
-            self.texts.add(text)
+def _assumptions(text: str | None) -> list[str]:
+    listed: list[str] = read_json("assumed", text)
+    check_data(ListText, "assumed", {"texts": listed})
+    return listed
 
 
 def columns(found: StoredSweep) -> dict[str, Array]:
@@ -224,7 +205,7 @@ def _places(all_names: Sequence[str], names: Sequence[str]) -> np.ndarray[Any, A
 
 
 def ways(found: StoredSweep) -> Array:
-    """Return the way of every case (N, W, 4), as of `Summary.way`; NaN beyond its end."""
+    """Return the path of every case (N, W, 4), as `Summary.path`; NaN beyond its end."""
     own: dict[int, Array] = {}
     for group in _same_labels(found):
         length = _length(found, sizes_of(found.labels[group[0]]))

@@ -89,7 +89,7 @@ class CounterText(FileData):
 
 
 def read_json(name: str, text: Any) -> Any:
-    """Return what a JSON text says.
+    """Return the data of a JSON text.
 
     Raises:
         ParameterError: it is none.
@@ -101,7 +101,7 @@ def read_json(name: str, text: Any) -> Any:
 
 
 def checked_meta(texts: Mapping[str, str]) -> tuple[int, dict[str, Quantity]]:
-    """Return the number of cases and the quantities that table `meta` tells.
+    """Return the number of cases and the quantities in table `meta`.
 
     Raises:
         ParameterError: it breaks a rule.
@@ -136,7 +136,7 @@ def checked_labels(text: Any) -> dict[str, Any]:
 
 
 def checked_input(about: Any, values: np.ndarray[Any, Any], count: int) -> dict[str, Any]:
-    """Return what is told of an input, with so many values.
+    """Return the description of an input that has this number of values.
 
     Raises:
         ParameterError: it breaks a rule.
@@ -177,16 +177,16 @@ def check_row(row: CaseRow) -> None:
 def checked_numbers(
     number: int, numbers: bytes, labels: Mapping[str, Any], stored: Mapping[str, Quantity]
 ) -> np.ndarray[Any, Any]:
-    """Return the doubles of a case: its quantities, then its way.
+    """Return the doubles of a case: its quantities, then its path.
 
     Raises:
-        ParameterError: there are too few, or part of a row of the way.
+        ParameterError: there are too few, or an incomplete row of the path.
     """
     sizes = sizes_of(labels)
     needed = sum(int(np.prod(shape_of(one.axes, sizes))) for one in stored.values())
     rest = len(numbers) - 8 * needed
     if rest < 0 or rest % (8 * PATH_COLUMNS):
-        allowed = f"{8 * needed} bytes and whole rows of the way"
+        allowed = f"{8 * needed} bytes and whole rows of the path"
         raise ParameterError(f"cases[{number}].numbers", len(numbers), allowed)
     return np.frombuffer(numbers, dtype="<f8")
 
@@ -281,7 +281,7 @@ def checksum(*values: Any) -> int:
 class InputColumn(NamedTuple):
     """What an input is over all cases of a study.
 
-    `about` holds its name, unit and meaning, "values" in words, and whether it is a grid axis.
+    `about` holds name, unit, meaning, "values" as text, and whether it is a grid axis.
     """
 
     about: dict[str, Any]
@@ -307,21 +307,16 @@ def input_columns(study: SweepStudy) -> list[InputColumn]:
     return found
 
 
-def write_study(connection: sqlite3.Connection, study: SweepStudy, meta: Mapping[str, str]) -> None:
-    """Write what a store holds of its study, in place of what stands there, wholly or not at all.
-
-    Args:
-        connection: to the store.
-        study: whose inputs are written.
-        meta: the texts of table `meta`, but for their checksum.
-    """
-    write_meta(connection, meta, input_columns(study))
-
-
 def write_meta(
     connection: sqlite3.Connection, meta: Mapping[str, str], inputs: Sequence[InputColumn] = ()
 ) -> None:
-    """Write the texts of table `meta` and the inputs of a study, in place of what stands there."""
+    """Replace what a store holds of its study, completely or not at all.
+
+    Args:
+        connection: to the store.
+        meta: the texts of table `meta`, without their checksum.
+        inputs: of the study.
+    """
     with connection:
         connection.execute("BEGIN IMMEDIATE")
         connection.execute("DELETE FROM meta")
@@ -329,10 +324,10 @@ def write_meta(
         for place, (about, values) in enumerate(inputs):
             text = values.dtype == object
             numbers = None if text else values.astype("<f8").tobytes()
-            words = json.dumps(values.tolist()) if text else None
+            listed = json.dumps(values.tolist()) if text else None
             connection.execute(
                 "INSERT INTO inputs VALUES (?, ?, ?, ?)",
-                (place, json.dumps(about), numbers, words),
+                (place, json.dumps(about), numbers, listed),
             )
         connection.executemany("INSERT INTO meta VALUES (?, ?)", meta.items())
         connection.execute("INSERT INTO meta VALUES ('sum', ?)", (study_sum(connection),))
@@ -374,6 +369,6 @@ def read_inputs(connection: sqlite3.Connection, count: int) -> list[InputColumn]
             values = np.frombuffer(numbers, dtype="<f8").astype(float)
         else:
             values = np.array(read_json("inputs.texts", texts), dtype=object)
-        told = checked_input(read_json("inputs.about", about), values, count)
-        found.append(InputColumn(told, values))
+        checked = checked_input(read_json("inputs.about", about), values, count)
+        found.append(InputColumn(checked, values))
     return found

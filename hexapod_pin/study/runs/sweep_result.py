@@ -178,11 +178,6 @@ def open_sweep(path: str | Path) -> SweepResult:
 
 CASE = "case"
 TITLE = "hexapod_pin sweep"
-NOT_BY_KIND = ("s", "rad")
-"""Units of joint quantities of which no largest of a kind is given: times and angles."""
-
-SUMMED = ("J",)
-"""Units of joint quantities that are added up over the joints of a kind."""
 
 
 def sweep_columns(found: StoredSweep) -> dict[str, Column]:
@@ -279,17 +274,17 @@ def _kinds(found: StoredSweep) -> list[str]:
 
 def _of_kinds(found: StoredSweep, name: str, one: Quantity, values: Array) -> dict[str, Column]:
     """Return what the joints of each kind come to: the largest size, the sum of energies."""
-    if one.axes != ("joint",) or one.unit in NOT_BY_KIND or name.endswith("_time"):
+    if one.axes != ("joint",) or not one.by_kind:
         return {}
-    kinds, own = _kinds(found), found.kinds
+    kinds, own, summed = _kinds(found), found.kinds, one.by_kind == "sum"
     of_joint = np.array([kinds.index(own[joint]) for joint in found.place("joints")], dtype=int)
     filled = np.full((found.count, len(kinds)), np.nan)
     for k in range(len(kinds)):
         part = values[:, of_joint == k]
         known = ~np.isnan(part).all(axis=1)
-        reduced = np.nansum if one.unit in SUMMED else lambda x, axis: np.nanmax(np.abs(x), axis)
-        filled[known, k] = reduced(part[known], 1)
-    how = "sum over" if one.unit in SUMMED else "largest size among"
+        size = np.abs(part[known])
+        filled[known, k] = np.nansum(part[known], 1) if summed else np.nanmax(size, 1)
+    how = "sum over" if summed else "largest size among"
     about = {"units": one.unit, "long_name": f"{one.meaning}: {how} the joints of a kind"}
     return {f"kind_{name}": Column((CASE, "kind"), filled, about)}
 
@@ -314,7 +309,7 @@ ROWS = 256
 
 
 def sweep_csv(made: Mapping[str, Column]) -> bytes:
-    """Return all columns along the cases but the way; every digit is kept, NaN is empty.
+    """Return all columns along the cases except the path; every digit is kept, NaN is empty.
 
     The head names quantity, label and unit: `torque_peak.lf_coxa_joint [N m]`.
     """

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 REFUSAL = b"!"
-"""First byte of an answer that is no outcome but says why the worker cannot do the task."""
+"""First byte of an answer without outcomes: the reason why the worker cannot do the task."""
 
 KEPT_STUDIES = 4
 """Studies that a worker keeps ready."""
@@ -35,11 +35,11 @@ study, which is raised and not stored."""
 
 @dataclass(frozen=True)
 class CaseList:
-    """Cases that a study asks for, each with what is kept of it.
+    """Cases that a study requests, each with its measure.
 
     Attributes:
         cases: what is run.
-        measures: of each case.
+        measures: one for each case.
     """
 
     cases: Sequence[Case]

@@ -47,7 +47,7 @@ def _listen(stream: IO[bytes], tasks: queue.SimpleQueue[bytes]) -> None:
 def end_with_parent() -> None:
     """Let the system kill this process when its parent dies, even in the middle of a run (Linux).
 
-    Elsewhere, and where the parent is gone already, the end of its pipe says so, a little later.
+    Elsewhere, and where the parent has ended already, the end of its pipe ends this process later.
     """
     if sys.platform == "linux":
         import ctypes

@@ -45,7 +45,7 @@ class Workers(Protocol):
         """Run a task."""
 
     def renew(self) -> None:
-        """Begin anew after a pool has broken."""
+        """Start again after a pool has broken."""
 
     def close(self) -> None:
         """End what was started here."""
@@ -95,7 +95,7 @@ def _maker(executor: Executor) -> Callable[[], Executor]:
 
         def none() -> Executor:
             hint = "give a function that makes one: executor=lambda: ..."
-            raise WorkersError(f"{type(executor).__name__} is broken, and cannot be made anew; "
+            raise WorkersError(f"{type(executor).__name__} is broken, and cannot be replaced; "
                                f"{hint}", 0)  # fmt: skip
 
         return none

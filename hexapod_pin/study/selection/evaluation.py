@@ -131,7 +131,7 @@ class Evaluation:
     Attributes:
         walks: the walks, without motors.
         contained: mass of each motor that the robot's file contains [kg].
-        derating: what motors may be asked for.
+        derating: the fraction of their limits that may be used.
         run: runs the walks.
     """
 
@@ -145,18 +145,18 @@ class Evaluation:
         """The robot that walks."""
         return next(iter(self.walks.values())).scene.robot
 
-    def of(self, candidates: Sequence[Motors], *, tell: bool = False) -> list[MotorCandidate]:
+    def of(self, candidates: Sequence[Motors], *, report: bool = False) -> list[MotorCandidate]:
         """Return what each set of motors comes to; after Ctrl-C, of those that were done.
 
-        All run with their lines; where a line acts, again without, for what is asked for.
+        All run with their lines; where a line acts, again without it, for what the walk requires.
 
         Args:
             candidates: a motor for each kind of joint, each.
-            tell: whether the runner tells its progress.
+            report: whether the runner reports its progress.
         """
         loads = [motor_loads(self.robot, motors, self.contained) for motors in candidates]
         places = [(k, name) for k in range(len(candidates)) for name in self.walks]
-        spans = ((0.0, 0.5), (0.5, 1.0)) if tell else (None, None)
+        spans = ((0.0, 0.5), (0.5, 1.0)) if report else (None, None)
         first = self._uses(candidates, loads, places, line=True, span=spans[0])
         again = [
             place for place, row in first.items()
@@ -181,7 +181,7 @@ class Evaluation:
         """Return what the joints need on each walk with motors' masses and rotors.
 
         Args:
-            motors: of each kind of joint; None: the robot as its file says. Walks that cannot be
+            motors: of each kind of joint; None: the robot as in its file. Walks that cannot be
                 simulated are left out.
         """
         if motors is None:
@@ -263,7 +263,7 @@ Uses = Mapping[str, MotorUse]
 
 
 def uses_of(budget: MotorBudget) -> Uses:
-    """Return what of a budget is kept: it holds all samples of a walk."""
+    """Return the part of a budget that is kept: a budget holds all samples of a walk."""
     return {row.kind: row for row in budget.kinds}
 
 
@@ -343,10 +343,10 @@ def _voltage_note(voltage: float, search: LightestChoice) -> str:
 class LightestChoice:
     """The search for the lightest motors that carry a robot made heavier by them.
 
-    It begins with what the walks ask of the robot as its file says, and chooses for each kind of
+    It begins with what the walks require of the robot as in its file, and chooses for each kind of
     joint the lightest motor that may give it. With these motors in the robot, the walks are
     simulated again; a motor that does not carry its joints there is not chosen again for them; and
-    from what is asked now the next choice is made, until it is the same. Each step drops a motor
+    the next choice is made from the new requirement, until it is the same. Each step drops a motor
     or makes the robot lighter, so this ends.
 
     Attributes:
@@ -382,7 +382,7 @@ class LightestChoice:
             wanted = self._lightest(kinds, self.evaluation.demands(wanted))
 
     def _lightest(self, kinds: Sequence[str], demands: Mapping[str, JointDemand]) -> Motors | None:
-        """Return the lightest motor of each kind that may give what is asked for."""
+        """Return the lightest motor of each kind that may give what is required."""
         chosen: dict[str, MotorRecord] = {}
         order = sorted(self.records, key=lambda record: (record.mass or 0.0, record.stall_torque))
         for kind in kinds:

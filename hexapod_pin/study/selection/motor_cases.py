@@ -60,7 +60,7 @@ def with_motors(
 
 
 def without_motors(case: Case) -> Case:
-    """Return a case whose joints give any torque at any speed: what the walk asks for."""
+    """Return a case whose joints give any torque at any speed: what the walk requires."""
     servo = case.scene.servos.model_copy(update={"motor": None, "limited": False})
     return replace(case, scene=replace(case.scene, servo=servo), record=RECORD)
 
@@ -93,7 +93,7 @@ def _motor(record: MotorRecord, voltage: float, line: bool) -> Motor:
 # Where the motors of a robot sit, and what its file's masses contain of them.
 
 MOTOR_SHARE = 0.35
-"""Share of a robot's mass that its motors make up where nobody says (*assumed*). PhantomX: 18
+"""Share of a robot's mass that its motors make up where none is given (*assumed*). PhantomX: 18
 AX-12A of 54.6 g are 38 % of 2.6 kg."""
 
 

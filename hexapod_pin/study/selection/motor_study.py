@@ -50,7 +50,7 @@ class Candidates:
     """Motors to choose from.
 
     Attributes:
-        records: those that can be held against a line.
+        records: those that can be compared with a line.
         unusable: name and reason of those that cannot.
         source: of the catalogue.
     """
@@ -109,7 +109,7 @@ class MotorStudyFile:
 
     Attributes:
         choice: which motors may be chosen.
-        derating: what they may be asked for.
+        derating: the fraction of their limits that may be used.
         sweep: the tables of the sweep study in it: schema, name, base, vary, design.
     """
 

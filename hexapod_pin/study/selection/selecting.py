@@ -1,6 +1,6 @@
 """Motors are selected for a robot on its required walks.
 
-The walk that requires most is sampled, which says how sure the choice is.
+The walk that requires most is sampled, for a confidence in the choice.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ def select_motors(
     """Rank the motors of a catalogue for a robot and its walks.
 
     Every motor is put on all joints, with its mass, its rotor's inertia and its torque-speed line,
-    and all walks are simulated; where a line acts, again without it, for what the walk asks for.
+    and all walks are simulated; where a line acts, again without it, for what the walk requires.
     From all of them the lightest motor for each kind of joint follows, with the masses fed back,
     and for it the uncertain inputs are sampled.
 
@@ -76,7 +76,7 @@ def select_motors(
             `derating`. Inputs on a grid are the walks that must be carried; those with a
             distribution are uncertain. Without any, *assumed* ones are taken.
         folder: where its relative paths start, if not here.
-        samples: of the uncertain inputs, 0 for none; None: as the study says, else 64.
+        samples: of the uncertain inputs, 0 for none; None: as in the study, else 64.
         stage: called with the title of each stage, and returns what takes its progress.
         **how: store, threads, workers, progress (where no `stage` is given): see `RunOptions`.
 
@@ -113,7 +113,7 @@ def selected(
     kinds = tuple(motor_counts(robot))
     sets = [dict.fromkeys(kinds, record) for record in motors.records]
     begin(f"{len(sets)} motors")
-    ranked = ranked_candidates(evaluation.of(sets, tell=True))
+    ranked = ranked_candidates(evaluation.of(sets, report=True))
     if not ranked:
         raise StudyInterrupted("interrupted before any motor was done", None)
     begin("lightest motors")
@@ -192,10 +192,10 @@ def _notes(search: LightestChoice, ranked: Sequence[MotorCandidate]) -> tuple[st
     return tuple(dict.fromkeys([*found, *(note for c in ranked[:1] for note in c.notes)]))
 
 
-# How sure it is that chosen motors pass: the walk that asks most of them, its inputs sampled.
+# Confidence that chosen motors pass: inputs of the walk that requires most are sampled.
 
 SAMPLES = 64
-"""Samples of the uncertain inputs where no study says how many; a power of two."""
+"""Samples of the uncertain inputs where the study gives no number; a power of two."""
 
 DESIGN = "sobol-indices"
 USE = "motor use"
@@ -209,7 +209,7 @@ class UncertainInputs:
     Attributes:
         vary: tables `[[vary]]` of a study file, each with a distribution.
         design: its table `[design]`.
-        words: the inputs in words.
+        words: the inputs as text.
     """
 
     vary: Sequence[Mapping[str, Any]]
@@ -223,7 +223,7 @@ class UncertainInputs:
         Args:
             tables: of the study file.
             case: a walk.
-            samples: rows of the design; None: as the study says, else 64.
+            samples: rows of the design; None: as in the study, else 64.
 
         Raises:
             ParameterError: distributions or design are not usable.
@@ -252,7 +252,7 @@ def _words(table: Mapping[str, Any]) -> str:
 def confidence_of(
     chosen: MotorCandidate, inputs: UncertainInputs, evaluation: Evaluation
 ) -> Confidence | None:
-    """Sample the uncertain inputs of the walk that asks most of chosen motors.
+    """Sample the uncertain inputs of the walk that requires most of chosen motors.
 
     A sampled walk passes where the robot walks and no motor is used above 1: peak torque over the
     derated line at its speed and RMS torque over continuous torque, of accepted steps.
@@ -318,13 +318,13 @@ STEADY_CYCLES = 1
 
 
 SAMPLE = 2e-3
-"""Time between samples where the study gives none [s]: lines are held against samples."""
+"""Time between samples where the study gives none [s]: lines are compared with samples."""
 
 
 def required_walks(tables: Mapping[str, Any], folder: Path) -> dict[str, Case]:
     """Return the cases of a study's grid; without a grid, its base.
 
-    Each lasts as long as the study says, or as its start-up and one more cycle where that is
+    Each lasts as long as in the study, or as its start-up and one more cycle where that is
     longer.
 
     Args:

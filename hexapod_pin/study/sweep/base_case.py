@@ -76,7 +76,7 @@ class BaseWalk(Spec):
         method: as of `simulate`.
         step: as of `simulate` [s].
         sample: as of `simulate` [s]; None: 5 ms where steps adapt. They end at samples, of which a
-            summary keeps none, so that a shorter one is dearer and not better.
+            summary stores none, so a shorter one costs more and is not more accurate.
         record: as of `simulate`.
     """
 
@@ -213,7 +213,7 @@ def _robot(base: BaseWalk, folder: Path) -> Robot:
 
 
 def _gait(robot: Robot, given: str | Mapping[str, Any] | None) -> Gait:
-    """Return a gait that the robot can walk: what is given is kept, the rest is fitted."""
+    """Return a gait that the robot can walk: given fields stay, the rest is fitted."""
     if given is None or isinstance(given, str):
         return fit_gait(robot, default_gait(robot) if given is None else _named(given)).gait
     fields = dict(table_at(given, "base.gait"))
@@ -350,7 +350,7 @@ def _by_name(robot: Robot, gait: Gait) -> bool:
 # How long a walk lasts, and how densely it is sampled.
 
 LONGEST_SAMPLE = 5e-3
-"""Largest time between samples [s]; steps end there, so a shorter one is dearer, not better."""
+"""Largest time between samples [s]. Steps end there, so a shorter one costs more, for nothing."""
 
 SAMPLES_PER_CYCLE = 120
 """Samples of a cycle are a multiple of this: duty and phases of named gaits fall on samples."""

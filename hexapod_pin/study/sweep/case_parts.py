@@ -226,7 +226,6 @@ Steps = tuple[str | int, ...]
 
 SECTIONS = ("controller", "run", "scene")
 SCENE_PARTS = ("contact", "servo", "stops", "terrain", "gravity", "loads")
-RUN_NUMBERS = ("duration", "accuracy", "step", "sample")
 
 READERS: Mapping[str, Any] = {
     "controller": read_controller,

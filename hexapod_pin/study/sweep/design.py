@@ -71,7 +71,7 @@ def _require_power_of_two(samples: int) -> None:
 def _require_directions(inputs: int) -> None:
     """Look whether SciPy has the table of Sobol's directions, which it reads from a file.
 
-    Where it cannot, it goes on and draws one point again and again; the reason goes to the hooks.
+    Where it cannot, it continues and draws one point again and again; the reason goes to the hooks.
 
     Raises:
         ResourceError: it has not.

@@ -36,7 +36,7 @@ class Distribution(Spec):
     @property
     @abstractmethod
     def text(self) -> str:
-        """The distribution in words, its truncation included."""
+        """The distribution as text, its truncation included."""
 
     @abstractmethod
     def quantile(self, share: Array) -> Array:
@@ -123,7 +123,7 @@ class Truncated(Distribution):
 
     @property
     def truncation(self) -> str:
-        """Where it is truncated, in words."""
+        """The truncation as text."""
         given = {"below": self.low, "above": self.high}
         ends = [f"{side} {end:g}" for side, end in given.items() if end is not None]
         return f", truncated {' and '.join(ends)}" if ends else ""
@@ -150,7 +150,7 @@ class Normal(Truncated):
 
     @property
     def text(self) -> str:
-        """The distribution in words."""
+        """The distribution as text."""
         return f"normal {self.mean:g} +- {self.deviation:g}{self.truncation}"
 
 
@@ -183,7 +183,7 @@ class LogNormal(Truncated):
 
     @property
     def text(self) -> str:
-        """The distribution in words."""
+        """The distribution as text."""
         return f"lognormal {self.median:g} */ {self.factor:g}{self.truncation}"
 
 
@@ -217,7 +217,7 @@ class Uniform(Distribution):
 
     @property
     def text(self) -> str:
-        """The ends in words."""
+        """The ends as text."""
         return f"uniform {self.low:g} to {self.high:g}"
 
     def quantile(self, share: Array) -> Array:
@@ -257,7 +257,7 @@ class Triangular(Distribution):
 
     @property
     def text(self) -> str:
-        """Ends and mode in words."""
+        """Ends and mode as text."""
         return f"triangular {self.low:g} to {self.high:g}, most likely {self.mode:g}"
 
     def quantile(self, share: Array) -> Array:
@@ -286,7 +286,7 @@ class Choice(Distribution):
 
     @property
     def text(self) -> str:
-        """The values in words."""
+        """The values as text."""
         return "one of " + ", ".join(x if isinstance(x, str) else f"{x:g}" for x in self.values)
 
     def quantile(self, share: Array) -> Array:

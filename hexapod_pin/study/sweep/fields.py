@@ -45,7 +45,7 @@ def known_name(where: str, value: Any, known: Iterable[str]) -> str:
     """Return a name that is one of those known.
 
     Raises:
-        ParameterError: it is not; tells what is like it.
+        ParameterError: it is not; the message suggests a similar name.
     """
     names = list(known)
     if not isinstance(value, str) or value not in names:

@@ -111,7 +111,7 @@ def refused_scene_input(base: Case, name: str) -> str:
 
 
 def travelled_length(base: Case) -> float:
-    """Return the way of the base's gait in its duration [m]; 0.5 where that is less."""
+    """Return the distance that the base's gait walks in its duration [m], at least 0.5."""
     gait = gait_of(base.controller)
     speed = 0.0 if gait is None else gait.speed
     return max(LEAST_LENGTH, speed * (base.duration or 0.0))
@@ -139,7 +139,7 @@ class StudyMotors:
 
     @classmethod
     def of(cls, base: Mapping[str, Any], folder: Path) -> StudyMotors:
-        """Read what the table `base` says of motors.
+        """Read the motors of the table `base`.
 
         Raises:
             ParameterError: no text, no voltage, or no such motor.
@@ -257,7 +257,7 @@ def random_bumps(
         seeds: one per scene; the same seed gives the same ground.
         amplitude: largest height and depth [m].
         wavelength: typical distance between bumps [m].
-        length: way to be walked from the origin, in any direction [m]; the ground is 1 m larger.
+        length: distance to walk from the origin, in any direction [m]; the ground is 1 m larger.
         flat_radius: the ground is level up to this distance from the origin [m].
 
     Raises:

@@ -149,7 +149,7 @@ class InputKind:
         name: in the study file.
         unit: of its values; "-" without one, empty of names.
         part: of the case, that it changes.
-        meaning: in words.
+        meaning: one phrase.
         low: smallest value.
         high: largest value.
         open_low: whether the smallest value itself is refused.
@@ -186,7 +186,7 @@ class InputKind:
 
     @property
     def allowed(self) -> str:
-        """The range in words, with its unit."""
+        """The range as text, with its unit."""
         if self.words:
             return "a name"
         low = "" if self.low == -math.inf else f"{'above' if self.open_low else 'at least'} "
@@ -276,7 +276,7 @@ class StudyInput:
 
     @property
     def text(self) -> str:
-        """Its values in words."""
+        """Its values as text."""
         if self.distribution is not None:
             return self.distribution.text
         return ", ".join(x if isinstance(x, str) else f"{x:g}" for x in self.values)
@@ -303,7 +303,7 @@ class StudyFile:
 
     Attributes:
         name: of the study.
-        base: the table of what does not vary, as it stands.
+        base: the table of what does not vary, unchecked.
         inputs: what varies.
         design: of the uncertain inputs; None without any.
     """
@@ -344,7 +344,7 @@ _EXAMPLE = {
 
 
 def _read_design(data: Mapping[str, Any], inputs: tuple[StudyInput, ...]) -> Design | None:
-    """Return the design, which stands there where an input has a distribution, and only there."""
+    """Return the design, which is required where an input has a distribution, and only there."""
     uncertain = [item for item in inputs if item.distribution is not None]
     if "design" not in data:
         if uncertain:

@@ -81,18 +81,18 @@ def denormal(setting: SolverSetting, normal: str, friction: str) -> Values:
 
 
 def refused(_: None, bad: float) -> Values:
-    """Set-points that are no numbers are refused; the message tells joint and time."""
+    """Set-points that are no numbers are refused; the message names joint and time."""
     robot = load_robot(robot_file("hexa_ref"))
     q = np.zeros((2, 18))
     q[1, 3] = bad
-    told = "not refused"
+    message = "not refused"
     try:
         simulate(Scene(robot), SampledTrajectory([0.0, 0.1], q), duration=0.2)
     except ParameterError as error:
-        told = str(error)
-    missing = float(not ("0.1" in told and robot.joint_names[3] in told))
+        message = str(error)
+    missing = float(not ("0.1" in message and robot.joint_names[3] in message))
     what = f"set-point {bad} at 0.1 s: a typed error that tells joint and time"
-    yield ExpectedValue(what, missing, 0.0, note=told[:120])
+    yield ExpectedValue(what, missing, 0.0, note=message[:120])
 
 
 def saturated(setting: SolverSetting) -> Values:

@@ -87,7 +87,7 @@ G = 9.81
 
 @lru_cache(maxsize=1)
 def references() -> dict[str, Any]:
-    """Return the catalogue: by case its set-up, answers and tolerance, SI unless it says so."""
+    """Return the catalogue: by case its set-up, answers and tolerance, SI unless stated."""
     data: dict[str, Any] = json.loads((DATA / "hardcases.json").read_text(encoding="utf-8"))
     return data
 

@@ -62,7 +62,7 @@ def dzhanibekov() -> float:
 def pendulum() -> float:
     """Return the error of a quarter period of a mass on one stuck foot, 90 degrees [rad]."""
     period = float(answers("HC12")["point_mass_l0.1"]["90"])
-    small = 1e-12  # moments of what stands for a point mass: 1e-10 of m l^2
+    small = 1e-12  # moments of the body that models a point mass: 1e-10 of m l^2
     robot = body({"pivot": (0.0, 0.0, 0.1)}, inertia=(small, small, small))
     model, start = RigidModel(robot), state(robot)
     q = start.q.copy()

@@ -51,7 +51,7 @@ def damped_impact(damping: float) -> float:
 
     The dampers stop three feet of a limp kharagpur within 20 of their slowest time constant; the
     springs hardly push meanwhile, but keep the cones open to the end. What is left falls like 1/c,
-    as the way that the feet give.
+    as the path that the feet give.
     """
     model, feet = RigidModel(load_robot("kharagpur", foot_radius=0.0)), TRIPOD_FEET
     q = model.robot.stand(_tripod_posture().q).q

@@ -16,7 +16,6 @@ from hexapod_pin.formulations.maximal import (
     MaximalModel,
     derivative,
     initial_state,
-    integrate,
     read_bodies,
     reduced_acceleration,
 )
@@ -28,15 +27,12 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from hexapod_pin.arrays import Array
-    from hexapod_pin.control.joint_trajectory import Controller
-    from hexapod_pin.formulations.maximal import MaximalRun
-    from hexapod_pin.robot.state import State
 
     Sample = tuple[Array, Array, Array]
     """q (7 + n,), v (6 + n,) and servo torques (n,) in the robot's order."""
 
 
-# Core against maximal coordinates: accelerations at random states, and a motion.
+# Core against maximal coordinates: accelerations at random states.
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,53 +119,6 @@ def compare_accelerations(scene: Scene, states: Iterable[Sample]) -> float:
     return worst
 
 
-def maximal_run(
-    scene: Scene,
-    controller: Controller,
-    start: State,
-    *,
-    duration: float,
-    sample: float | None = None,
-    rtol: float = 1e-6,
-) -> tuple[Twin, MaximalRun]:
-    """Return a run in maximal coordinates, projected, by DOP853; atol is rtol/100."""
-    from hexapod_pin.formulations.set_points import SetPoints
-
-    twin, plan = maximal_twin(scene), SetPoints(controller.plan(scene.robot, duration))
-
-    def wanted(time: float) -> tuple[Array, Array]:
-        q, v, _ = plan(time)
-        return q[twin.order], v[twin.order]
-
-    q, v = twin.bodies_order(start.q, 7), twin.bodies_order(start.v, 6)
-    run = integrate(
-        twin.model, initial_state(twin.model, q, v), duration, set_points=wanted, sample=sample,
-        rtol=rtol, atol=1e-2 * rtol,
-    )  # fmt: skip
-    return twin, run
-
-
-def compare_motion(
-    scene: Scene,
-    controller: Controller,
-    start: State,
-    *,
-    duration: float,
-    sample: float | None = None,
-    rtol: float = 1e-6,
-    accuracy: float = 1e-10,
-) -> float:
-    """Return the largest difference of positions at the samples [m, rad] from the core's DOP853."""
-    from hexapod_pin.simulation.case import simulate
-
-    twin, run = maximal_run(scene, controller, start, duration=duration, sample=sample, rtol=rtol)
-    trace = simulate(
-        scene, controller, duration=duration, sample=sample or duration, initial=start,
-        method="dop853", accuracy=accuracy,
-    )  # fmt: skip
-    return position_difference(twin.robot_order(run.q, 7), trace.q)
-
-
 def position_difference(q: Array, other: Array) -> float:
     """Return the largest difference between samples (T, 7 + n): base [m], turn, joints [rad]."""
     sign = np.sign(np.sum(q[:, 3:7] * other[:, 3:7], axis=1))[:, None]
@@ -178,7 +127,7 @@ def position_difference(q: Array, other: Array) -> float:
     return float(max(apart.max(), turn.max()))
 
 
-# S1's maximal coordinates against the core: accelerations with contacts, and a motion.
+# S1's maximal coordinates against the core: accelerations with contacts.
 
 FEW_STATES = 40
 
