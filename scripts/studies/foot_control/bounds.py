@@ -110,7 +110,10 @@ def _of_gait(
 ) -> Point:
     names = (ALONE, WITH_TOUCH_DOWN)
     found = hp.compare(
-        {"bumps": _scenes(robot, size)}, controllers(gait, names), duration=_way(size) / gait.speed
+        {"bumps": _scenes(robot, size)},
+        controllers(gait, names),
+        duration=_way(size) / gait.speed,
+        **size.settings,
     )
     return Point(robot, parameter, value, unit, found, {name: name for name in names})
 
@@ -135,7 +138,7 @@ def _of_control(robot: str, size: Size) -> list[Point]:
             names[name] = f"tick {period:g} {name}"
             walks[names[name]] = stable(control, scenes[0])
         places.append(("tick", period, "ms", names))
-    found = hp.compare({"bumps": scenes}, walks, duration=_way(size) / gait.speed)
+    found = hp.compare({"bumps": scenes}, walks, duration=_way(size) / gait.speed, **size.settings)
     return [
         Point(robot, parameter, value, unit, found, names)
         for parameter, value, unit, names in places

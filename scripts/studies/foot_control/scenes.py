@@ -70,6 +70,11 @@ class Size:
             return cls()
         return cls(("kharagpur",), seeds=2, way=0.62, far=0.15, candidates=10, quick=True)
 
+    @property
+    def settings(self) -> dict[str, Any]:
+        """Settings of `Case`: the error of every run kept, or in a quick study fixed steps."""
+        return {"method": "robust", "step": 5e-3} if self.quick else {}
+
     def some(self, values: Iterable[Any]) -> list[Any]:
         """Return all values, or the one in the middle in a quick study."""
         found = list(values)
@@ -126,8 +131,10 @@ def ground_comparison(robot: str, size: Size) -> Comparison:
     if not size.quick:
         for name in ("slope", "step", "slippery", "soft", "soil"):
             others[name] = ground(robot, name, way=size.way)
-    planned: list[PlannedRun] = plan_runs(flat, controllers(gait), duration=duration)
-    planned += plan_runs(others, controllers(uneven(robot)), duration=duration)
+    planned: list[PlannedRun] = plan_runs(
+        flat, controllers(gait), duration=duration, **size.settings
+    )
+    planned += plan_runs(others, controllers(uneven(robot)), duration=duration, **size.settings)
     return run_study(compared, planned)
 
 

@@ -72,7 +72,7 @@ def arc_comparison(size: Size) -> Comparison:
         "arcs": hp.Scene(robot, contact=hp.Contact.accurate()),
     }
     cycles = 3.5 if size.quick else 4.5
-    return hp.compare(scenes, walks, duration=cycles * arc.gait.cycle_time)
+    return hp.compare(scenes, walks, duration=cycles * arc.gait.cycle_time, **size.settings)
 
 
 def targets(comparisons: dict[str, Comparison], arcs: Comparison) -> list[Target]:

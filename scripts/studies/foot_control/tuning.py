@@ -71,7 +71,7 @@ def tuned(robot: str, size: Size) -> TuningResult:
         lambda values: both(robot, values), START, BOUNDS, _scenes(robot, TUNED, size), OBJECTIVE,
         held_out=_scenes(robot, HELD_OUT, size), baseline=hp.KinematicControl(gait), seed=SEED,
         budget=size.candidates, population=5 if size.quick else POPULATION,
-        duration=_way(size) / gait.speed, **ROBUST,
+        duration=_way(size) / gait.speed, **ROBUST | size.settings,
     )  # fmt: skip
 
 
