@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 from dataclasses import replace
@@ -158,6 +159,35 @@ def test_the_worst_joint_of_each_kind_is_named() -> None:
     known = ["coxa", "femur", "tibia"]
     with refused(UnknownNameError, kind="kind of joint", name="knee", known=known):
         budget.kind("knee")
+
+
+def test_printed_columns_hold_the_numbers_of_their_heads() -> None:
+    """Cells are read again in the order of the heads; all numbers differ by more than rounding."""
+    torque = TORQUE * wave(1.0, 0.7, 4.0) ** 41
+    trace = synthetic_trace(sample=SAMPLE, torque=torque, rate=wave(RATE, 0.0, 4.0))
+    budget = torque_budget(trace)
+    femur, joint = budget.kind("femur"), budget.joint("rr_femur_joint")
+    heads = {
+        "peak torque": (femur.peak.torque_peak, joint.torque_peak),
+        "p99": (femur.p99.torque_p99, joint.torque_p99),
+        "RMS torque": (femur.rms.torque_rms, joint.torque_rms),
+        "peak speed": (femur.speed.speed_peak, joint.speed_peak),
+        "RMS speed": (femur.speed_rms.speed_rms, joint.speed_rms),
+        "peak power": (femur.power.power_peak, joint.power_peak),
+        "energy +": (femur.positive_energy, joint.positive_energy),
+        "energy -": (femur.negative_energy, joint.negative_energy),
+    }
+    lines = budget.table().splitlines()
+    for which, start in enumerate(("femur (x6)", "rr_femur_joint")):
+        row = next(k for k, line in enumerate(lines) if line.startswith(start))
+        head = next(line for line in reversed(lines[:row]) if "RMS torque" in line)
+        places = [head.index(name) for name in heads]
+        assert places == sorted(places)
+        numbers = [found[which] for found in heads.values()]
+        cells = [float(cell) for cell in lines[row].removeprefix(start).split()[:8]]
+        assert cells == pytest.approx(numbers, rel=5e-4)
+        sizes = sorted(map(abs, numbers))
+        assert all(b > 1.002 * a for a, b in itertools.pairwise(sizes))
 
 
 def test_joints_at_their_limit_are_flagged() -> None:

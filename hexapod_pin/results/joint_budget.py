@@ -10,7 +10,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.text_table import Cell, Table
@@ -167,43 +167,64 @@ def _kind_of(name: str) -> str | None:
 
 # The rows of a torque budget as plain text.
 
-_QUANTITIES = (
-    "peak torque\n[N m]",
-    "p99\n[N m]",
-    "RMS\n[N m]",
-    "peak speed\n[rad/s]",
-    "RMS\n[rad/s]",
-    "peak power\n[W]",
-    "energy +\n[J]",
-    "energy -\n[J]",
+
+class Column(NamedTuple):
+    """A column of the tables: a number of each joint, and of a kind that of its worst joint.
+
+    Attributes:
+        head: name of the quantity.
+        unit: its unit.
+        number: field of `JointBudget` that holds it.
+        worst: field of `KindBudget` with the joint of a kind that has the largest; empty: the
+            number is a sum over the joints of the kind, in a field of `KindBudget` of its name.
+        error: field of `JointBudget` with its error, if there is one.
+    """
+
+    head: str
+    unit: str
+    number: str
+    worst: str = ""
+    error: str = ""
+
+    def of_kind(self, row: KindBudget) -> float:
+        """Return the number of a kind."""
+        return float(getattr(getattr(row, self.worst) if self.worst else row, self.number))
+
+    def worst_leg(self, row: KindBudget) -> str:
+        """Return the leg of the joint that has it."""
+        return _leg(getattr(row, self.worst).joint, row.kind) if self.worst else "all"
+
+    def error_text(self, row: KindBudget) -> str:
+        """Return its error; empty where it is not known."""
+        error = getattr(getattr(row, self.worst), self.error) if self.error else None
+        return "" if error is None else f"±{error:.1g}"
+
+
+COLUMNS = (
+    Column("peak torque", "N m", "torque_peak", "peak", "torque_peak_error"),
+    Column("p99", "N m", "torque_p99", "p99", "torque_p99_error"),
+    Column("RMS torque", "N m", "torque_rms", "rms", "torque_rms_error"),
+    Column("peak speed", "rad/s", "speed_peak", "speed"),
+    Column("RMS speed", "rad/s", "speed_rms", "speed_rms"),
+    Column("peak power", "W", "power_peak", "power"),
+    Column("energy +", "J", "positive_energy"),
+    Column("energy -", "J", "negative_energy"),
 )
+HEADS = tuple(f"{column.head}\n[{column.unit}]" for column in COLUMNS)
 
 
 def kind_lines(kinds: Sequence[KindBudget], per: str) -> list[str]:
     """Return one line per kind of joint, and below each quantity the joint that sets it."""
     rows: list[list[Cell]] = []
     for row in kinds:
-        worst = [row.peak, row.p99, row.rms, row.speed, row.speed_rms, row.power]
-        values = (
-            row.peak.torque_peak,
-            row.p99.torque_p99,
-            row.rms.torque_rms,
-            row.speed.speed_peak,
-            row.speed_rms.speed_rms,
-            row.power.power_peak,
-            row.positive_energy,
-            row.negative_energy,
-        )
-        rows.append([f"{row.kind} (x{len(row.joints)})", *values])
-        rows.append(
-            ["  worst leg", *(_leg(joint.joint, row.kind) for joint in worst), "all", "all"]
-        )
-        errors = (row.peak.torque_peak_error, row.p99.torque_p99_error, row.rms.torque_rms_error)
-        if any(error is not None for error in errors):
-            texts = ["" if error is None else f"±{error:.1g}" for error in errors]
-            rows.append(["  error of the run", *texts, *[""] * 5])
+        name = f"{row.kind} (x{len(row.joints)})"
+        rows.append([name, *(column.of_kind(row) for column in COLUMNS)])
+        rows.append(["  worst leg", *(column.worst_leg(row) for column in COLUMNS)])
+        errors = [column.error_text(row) for column in COLUMNS]
+        if any(errors):
+            rows.append(["  error of the run", *errors])
     title = f"Worst joint of each kind; energies of all joints of the kind, per {per}"
-    return Table(title, ("", *_QUANTITIES), rows, "<>").lines()
+    return Table(title, ("", *HEADS), rows, "<>").lines()
 
 
 def joint_lines(joints: Sequence[JointBudget], per: str) -> list[str]:
@@ -212,20 +233,14 @@ def joint_lines(joints: Sequence[JointBudget], per: str) -> list[str]:
         [
             row.joint,
             f"{row.torque_peak:.4g}{'*' if row.at_limit else ' '}",
-            row.torque_p99,
-            row.torque_rms,
-            row.speed_peak,
-            row.speed_rms,
-            row.power_peak,
-            row.positive_energy,
-            row.negative_energy,
+            *(getattr(row, column.number) for column in COLUMNS[1:]),
             f"{row.torque_peak_time:.3f}",
             None if math.isinf(row.effort_limit) else row.effort_limit,
             f"{100.0 * row.at_limit:.1f}",
         ]
         for row in joints
     ]
-    head = ("joint", *_QUANTITIES, "peak at\n[s]", "limit\n[N m]", "at limit\n[%]")
+    head = ("joint", *HEADS, "peak at\n[s]", "limit\n[N m]", "at limit\n[%]")
     return Table(f"Every joint; energies per {per}", head, rows, "<>").lines()
 
 
