@@ -21,7 +21,7 @@ def pytest_configure(config: pytest.Config) -> None:
     """Prepare what processes that tests start inherit.
 
     Ctrl-C is KeyboardInterrupt, also where tests run in the background, as under `nohup`: there
-    SIGINT is ignored. Byte code is kept, with pytest's cache, also where Python is told to write
+    SIGINT is ignored. Byte code is kept, with pytest's cache, also where Python is set to write
     none: each of a thousand processes would compile all that it imports.
     """
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:

@@ -178,6 +178,16 @@ def test_a_row_belongs_to_the_source_of_the_users_controller(tmp_path: Path, mon
     assert keys["a"] == keys["b"] != keys["c"]
 
 
+def test_a_row_belongs_to_the_source_of_the_users_measure() -> None:
+    """Another function under the same name and version is another row."""
+
+    def other(case: hp.Case, trace: hp.Trace, factor: float) -> dict[str, Any]:
+        return longest(case, trace, 2.0 * factor)
+
+    case, same = walks(0.0)[0], replace(LONGEST, of=longest)
+    assert LONGEST.key(case) == same.key(case) != replace(LONGEST, of=other).key(case)
+
+
 def test_failures_are_rows_and_are_tried_again_when_asked(
     tmp_path: Path, written: list[int]
 ) -> None:
