@@ -200,7 +200,7 @@ class _Shown(str):
 class FileData(BaseModel):
     """Base of what a file's JSON or TOML parts must be; what is not named may be anything."""
 
-    model_config = ConfigDict(extra="allow", strict=True, frozen=True)
+    model_config = ConfigDict(extra="allow", strict=True, frozen=True, defer_build=True)
 
     def __init__(self, /, **fields: Any) -> None:
         """Validate `fields`.

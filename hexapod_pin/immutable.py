@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import pickle
 from collections.abc import Collection
 from dataclasses import MISSING, fields
 from functools import cached_property
@@ -50,6 +52,27 @@ class Immutable:
             if isinstance(held[name], MappingProxyType):
                 held[name] = dict(held[name])
         return rebuilt, (kind, held, protected)
+
+
+class ComparedByContent(Immutable):
+    """Base of records that are equal where their pickles are, as keys of caches have to be.
+
+    What was computed for the legs of one robot then serves another robot with the same legs.
+    """
+
+    @cached_property
+    def _content(self) -> bytes:
+        return hashlib.sha256(pickle.dumps(self)).digest()
+
+    def __eq__(self, other: object) -> bool:
+        """Compare the pickled fields."""
+        if self is other:
+            return True
+        return isinstance(other, type(self)) and self._content == other._content
+
+    def __hash__(self) -> int:
+        """Return a hash of the pickled fields."""
+        return hash(self._content)
 
 
 def rebuilt(kind: type[Record], held: dict[str, Any], protected: tuple[str, ...]) -> Record:

@@ -28,7 +28,7 @@ class Spec(BaseModel):
         ParameterError: on construction, naming the field, the value and the allowed range.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
 
     def __init__(self, /, **fields: Any) -> None:
         """Validate `fields`."""

@@ -17,7 +17,7 @@ from hexapod_pin.arguments import checked, every_step
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.control.gait import LEG_COUNTS, LEG_ORDER, Gait, gaits_for
 from hexapod_pin.errors import GaitError
-from hexapod_pin.immutable import Immutable
+from hexapod_pin.immutable import ComparedByContent
 from hexapod_pin.robot.leg_kinematics import LegKinematics
 from hexapod_pin.robot.leg_set import LegSet
 from hexapod_pin.robot.robot import once_per_robot
@@ -45,8 +45,8 @@ KEPT_DIRECTIONS = 64
 
 
 @dataclass(frozen=True, eq=False)
-class LegGroup(Immutable):
-    """Legs in gait order; one instance per robot and direction of travel, compared by identity.
+class LegGroup(ComparedByContent):
+    """Legs in gait order; one instance per robot and direction of travel.
 
     Attributes:
         robot_name: of the robot.

@@ -243,7 +243,7 @@ def _memory(values: list[float]) -> list[float]:
 class CheckpointData(FileData):
     """`Checkpoint.to_dict()`."""
 
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, defer_build=True)
 
     time: Annotated[NotNegative, Field(le=LATEST)]
     q: Annotated[list[Number], AfterValidator(_configuration)]

@@ -34,7 +34,7 @@ Pair = Annotated[tuple[Number, Number], Field(strict=False)]
 class Facts(FileData):
     """Base of the parts of a record: frozen, checked, and as they stand in files."""
 
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, defer_build=True)
 
 
 class RobotFacts(Facts):

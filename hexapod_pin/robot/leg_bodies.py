@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hexapod_pin.arrays import Array
+from hexapod_pin.immutable import ComparedByContent
 from hexapod_pin.robot.description.urdf_annotation import moved_joints_above
 from hexapod_pin.robot.leg_kinematics import held_configuration
 from hexapod_pin.robot.link_shapes import LinkShape, link_shapes, urdf_of
@@ -38,7 +39,7 @@ TRUNK = "trunk"
 
 
 @dataclass(frozen=True, eq=False)
-class LegBodies:
+class LegBodies(ComparedByContent):
     """Shapes of legs and trunk with the pairs to check; one instance per robot.
 
     Attributes:

@@ -26,7 +26,7 @@ KEPT_ROBOTS = 16
 class RobotText(FileData):
     """What `robot_to_dict` returns, and what is written like it."""
 
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, defer_build=True)
 
     source: str
     feet: list[str] | None = None

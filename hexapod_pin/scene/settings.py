@@ -117,7 +117,7 @@ class SceneSettings(Immutable):
 class SceneText(FileData):
     """What the TOML text of a scene must be; its tables are checked by what they describe."""
 
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, defer_build=True)
 
     version: Literal[1] = Field(default=1, alias="schema")
     robot: dict[str, Any]
