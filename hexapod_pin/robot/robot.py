@@ -5,8 +5,10 @@ Values that depend on the robot alone are computed once per robot.
 
 from __future__ import annotations
 
+import hashlib
 import math
 import os
+import pickle
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -388,6 +390,15 @@ def once_per_robot(build: Callable[[Robot], Value]) -> Callable[[Robot], Value]:
         return values[robot]
 
     return value_of
+
+
+@once_per_robot
+def robot_content(robot: Robot) -> str:
+    """Return the SHA-256 of all that a robot holds, its model included: a key for caches.
+
+    Robots that were loaded twice from one file have the same.
+    """
+    return hashlib.sha256(pickle.dumps((robot, robot.model))).hexdigest()
 
 
 # Working memory of Pinocchio for a robot, one per thread: making it costs more than using it.

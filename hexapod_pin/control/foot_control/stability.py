@@ -10,6 +10,7 @@ import math
 from collections import OrderedDict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from hexapod_pin.control.foot_control.law import (
@@ -24,7 +25,7 @@ from hexapod_pin.control.foot_control.linear_law import LinearLaw, LinearLoop
 from hexapod_pin.control.foot_control.stance_model import StanceModel
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.ground.contact import Restitution
-from hexapod_pin.robot.robot import once_per_robot
+from hexapod_pin.robot.robot import robot_content
 
 if TYPE_CHECKING:
     from hexapod_pin.control.foot_control.parameters import ControlParts
@@ -40,6 +41,9 @@ restitution are damped as by their touch speed, and the loop is to be stable wit
 
 FAR = 1e9
 """Limits of the linear law: it has none [m]."""
+
+KEPT_ROBOTS = 16
+"""How many robots' loops are cached."""
 
 
 @dataclass
@@ -57,9 +61,13 @@ class KeptLoops:
     verdicts: OrderedDict[str, ParameterError | None] = field(default_factory=OrderedDict)
 
 
-@once_per_robot
 def kept_loops(robot: Robot) -> KeptLoops:
-    """Return the cache of a robot."""
+    """Return the cache of a robot and of its equals."""
+    return _loops_of(robot_content(robot))
+
+
+@lru_cache(maxsize=KEPT_ROBOTS)
+def _loops_of(content: str) -> KeptLoops:
     return KeptLoops()
 
 

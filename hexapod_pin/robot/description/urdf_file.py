@@ -12,7 +12,7 @@ import xml.etree.ElementTree as ET
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from xml.parsers import expat
 
@@ -53,6 +53,9 @@ class Sphere:
 
 POINT = Sphere(0.0, (0.0, 0.0, 0.0))
 """The foot of a link that has no collision sphere."""
+
+KEPT_TRIPLES = 4096
+"""How many texts of three numbers are cached: a check reads each some twenty times."""
 
 
 @dataclass(frozen=True)
@@ -347,6 +350,7 @@ def attribute(element: ET.Element | None, name: str, default: float) -> float:
         return math.nan
 
 
+@lru_cache(maxsize=KEPT_TRIPLES)
 def triple(text: str | None, largest: float = LARGEST) -> tuple[float, ...]:
     """Return three numbers from text such as "0 0 1"; zeros without text, else NaN."""
     if text is None:

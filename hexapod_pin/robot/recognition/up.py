@@ -10,6 +10,7 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.robot.recognition.chains import Axis, Chain, TreeFrames
+from hexapod_pin.robot.rotations import cross
 from hexapod_pin.robot.serial_chain import axis_points
 
 COMMON = 0.8
@@ -170,7 +171,7 @@ def mean_tip(chain: Chain, axes: Sequence[Axis], tip: Array) -> Array:
             cos = float(np.sin(upper) - np.sin(lower)) / (upper - lower)
             sin = float(np.cos(lower) - np.cos(upper)) / (upper - lower)
         arm = axis.arm(point)
-        point = point - arm + cos * arm + sin * np.cross(axis.unit, arm)
+        point = point - arm + cos * arm + sin * cross(axis.unit, arm)
     return point
 
 
@@ -181,7 +182,7 @@ def _bend(chain: Chain, axes: Sequence[Axis], points: Array, inwards: Array, lin
     knee's. The same for any zero posture, place on the axis and sign of it.
     """
     axis, before = axes[-1], points[-2] - points[-3]
-    across = np.cross(axis.unit, line)
+    across = cross(axis.unit, line)
     thigh = before - (before @ axis.unit) * axis.unit
     shank = points[-1] - points[-2]
     size = float(np.linalg.norm(thigh) * np.linalg.norm(shank))
@@ -189,6 +190,6 @@ def _bend(chain: Chain, axes: Sequence[Axis], points: Array, inwards: Array, lin
         return 0.0
     outwards = -np.sign(float(inwards @ across))
     mean = mean_tip(replace(chain, joints=chain.joints[-1:]), [axis], points[-1]) - points[-2]
-    turned = float(np.cross(thigh, mean) @ axis.unit) / size
-    lifts = float(np.cross(axis.unit, outwards * across) @ line)
+    turned = float(cross(thigh, mean) @ axis.unit) / size
+    lifts = float(cross(axis.unit, outwards * across) @ line)
     return turned * float(np.sign(lifts))

@@ -137,9 +137,9 @@ def _decades(measures: Measures, link: Link) -> float | None:
     """Return log10 of a link's inertia over that of a body of its mass and size, if known."""
     solid = measures.solid(link)
     extent = solid.extent if solid is not None else measures.reach(link)
-    if extent <= 0.0 or not readable(link) or gyration(link) <= 0.0:
+    if extent <= 0.0 or not readable(link) or (radius := gyration(link)) <= 0.0:
         return None
-    return 2.0 * math.log10(gyration(link) / (rules.TYPICAL_GYRATION * extent))
+    return 2.0 * math.log10(radius / (rules.TYPICAL_GYRATION * extent))
 
 
 def _same_everywhere(measures: Measures) -> bool:
