@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import os
 import sys
 from collections.abc import Sequence
 from typing import NoReturn
@@ -24,6 +25,7 @@ def main(argv: Sequence[str] | None = None) -> NoReturn:
         argv: arguments without the program's name; None takes those of the process.
     """
     gc.set_threshold(COLLECT_AFTER)
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # of small matrices threads are no help
     stop_signals.install()  # before more is read: until here Ctrl-C ends in Python's traceback
     from hexapod_pin.commands.resources import lack_of, open_streams
 

@@ -22,8 +22,10 @@ def pytest_configure(config: pytest.Config) -> None:
 
     Ctrl-C is KeyboardInterrupt, also where tests run in the background, as under `nohup`: there
     SIGINT is ignored. Byte code is kept, with pytest's cache, also where Python is set to write
-    none: each of a thousand processes would compile all that it imports.
+    none: each of a thousand processes would compile all that it imports. Linear algebra has one
+    thread, as in a command: each worker of pytest-xdist has a core.
     """
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     if os.environ.pop("PYTHONDONTWRITEBYTECODE", None):
