@@ -25,7 +25,8 @@ def main(argv: Sequence[str] | None = None) -> NoReturn:
         argv: arguments without the program's name; None takes those of the process.
     """
     gc.set_threshold(COLLECT_AFTER)
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # of small matrices threads are no help
+    # All matrices are small: threads of linear algebra would only wait for each other.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     stop_signals.install()  # before more is read: until here Ctrl-C ends in Python's traceback
     from hexapod_pin.commands.resources import lack_of, open_streams
 

@@ -62,7 +62,7 @@ class ComparedByContent(Immutable):
 
     @cached_property
     def _content(self) -> bytes:
-        return hashlib.sha256(pickle.dumps(self)).digest()
+        return content_digest(self)
 
     def __eq__(self, other: object) -> bool:
         """Compare the pickled fields."""
@@ -73,6 +73,11 @@ class ComparedByContent(Immutable):
     def __hash__(self) -> int:
         """Return a hash of the pickled fields."""
         return hash(self._content)
+
+
+def content_digest(value: object) -> bytes:
+    """Return the SHA-256 of a value's pickle: a key for caches."""
+    return hashlib.sha256(pickle.dumps(value)).digest()
 
 
 def rebuilt(kind: type[Record], held: dict[str, Any], protected: tuple[str, ...]) -> Record:

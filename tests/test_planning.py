@@ -16,12 +16,14 @@ from refusals import refused
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.control import KinematicControl, gait_refusal
+from hexapod_pin.control.foot_control.stability import kept_loops
 from hexapod_pin.control.foot_path import FootPath
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.knot_table import knot_times, sample_knots
 from hexapod_pin.control.leg_group import LegGroup, leg_group
 from hexapod_pin.errors import GaitError
-from hexapod_pin.robot.robot import Robot, load_robot
+from hexapod_pin.robot.leg_bodies import leg_bodies
+from hexapod_pin.robot.robot import Robot, load_robot, robot_content
 
 GAITS = {
     "tripod": Gait.tripod(stroke=0.08, cycle_time=1.6),
@@ -197,6 +199,20 @@ def test_a_refusal_is_found_once_and_raised_each_time(monkeypatch: pytest.Monkey
     assert first is not second
     assert str(first) == str(second)
     assert (first.quantity, first.limit) == (second.quantity, second.limit)
+
+
+def test_robots_are_equal_to_caches_where_all_that_they_hold_is(tmp_path: Path) -> None:
+    first, second = load_robot("kharagpur"), load_robot("kharagpur")
+    leg_group(first).joint_angles(leg_group(first).neutral_feet[None])  # makes its solver
+    other = dataclasses.replace(second, velocity_limit=2.0 * second.velocity_limit)
+    text = second.urdf.replace('radius="0.01"', 'radius="0.016"')
+    (tmp_path / "other.urdf").write_text(text)
+    wider = load_robot(tmp_path / "other.urdf")
+    for key in (leg_group, leg_bodies, robot_content):
+        assert key(first) == key(second) and hash(key(first)) == hash(key(second))
+        assert key(first) != key(wider)
+    assert leg_group(first) != leg_group(other) and robot_content(first) != robot_content(other)
+    assert kept_loops(first) is kept_loops(second) is not kept_loops(other)
 
 
 def test_narrower_limits_are_another_robot() -> None:

@@ -5,10 +5,8 @@ Values that depend on the robot alone are computed once per robot.
 
 from __future__ import annotations
 
-import hashlib
 import math
 import os
-import pickle
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -24,7 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, digest, read_only
 from hexapod_pin.errors import UnknownNameError, UrdfError
-from hexapod_pin.immutable import Immutable, rebuilt
+from hexapod_pin.immutable import Immutable, content_digest, rebuilt
 from hexapod_pin.robot.description.leg_names import LEG_NAMES
 from hexapod_pin.robot.description.urdf_annotation import read_provenance
 from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile, parse_urdf
@@ -393,12 +391,12 @@ def once_per_robot(build: Callable[[Robot], Value]) -> Callable[[Robot], Value]:
 
 
 @once_per_robot
-def robot_content(robot: Robot) -> str:
-    """Return the SHA-256 of all that a robot holds, its model included: a key for caches.
+def robot_content(robot: Robot) -> bytes:
+    """Return a digest of all that a robot holds, its model included: a key for caches.
 
-    Robots that were loaded twice from one file have the same.
+    Robots that were loaded from one file have the same.
     """
-    return hashlib.sha256(pickle.dumps((robot, robot.model))).hexdigest()
+    return content_digest((robot, robot.model))
 
 
 # Working memory of Pinocchio for a robot, one per thread: making it costs more than using it.

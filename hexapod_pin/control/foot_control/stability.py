@@ -62,12 +62,12 @@ class KeptLoops:
 
 
 def kept_loops(robot: Robot) -> KeptLoops:
-    """Return the cache of a robot and of its equals."""
+    """Return the cache of a robot, which equal robots share."""
     return _loops_of(robot_content(robot))
 
 
 @lru_cache(maxsize=KEPT_ROBOTS)
-def _loops_of(content: str) -> KeptLoops:
+def _loops_of(content: bytes) -> KeptLoops:
     return KeptLoops()
 
 
