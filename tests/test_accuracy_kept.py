@@ -15,8 +15,10 @@ import hexapod_pin as hp
 from hexapod_pin.results.error_estimate import ErrorEstimate
 from hexapod_pin.simulation.accuracy_control import AccuracyControl
 from hexapod_pin.simulation.resolution import (
-    COARSER_SHARE,
+    CHANCE,
     FINER_SHARE,
+    JUMP,
+    REGULAR_SHARE,
     Comparison,
     finer_share,
     next_level,
@@ -43,41 +45,59 @@ def test_the_estimate_is_the_largest_difference_so_far():
     assert found.torque is None
 
 
-def test_a_coarser_run_will_do_where_its_bound_is_within():
-    """Of two runs the coarser is taken first; else the finer; else a finer one follows."""
-    good, half, bad = (Comparison(0, 4, x) for x in (0.9 / COARSER_SHARE, 1.0, 5.0))
-    assert good.takes_coarser and good.kept and next_level([good]) is None
-    assert not half.takes_coarser and half.kept and half.finer_error_ratio == FINER_SHARE[4]
-    assert not bad.kept and next_level([bad]) == 10
-    assert next_level([Comparison(0, 4, 1e4)]) == 16  # the largest jump there is
-    assert next_level([bad], finest=6) is None
-    assert [finer_share(k) for k in (1, 7, 40)] == [FINER_SHARE[4], FINER_SHARE[6], FINER_SHARE[12]]
+def test_a_finer_run_follows_until_its_bound_is_within():
+    """Four levels at a time, as far as there are levels."""
+    good, bad = (Comparison(0, 4, x / FINER_SHARE[4]) for x in (0.99, 1.01))
+    assert good.kept and next_level([good]) is None
+    assert good.error_ratio == pytest.approx(0.99, rel=1e-12)
+    assert not bad.kept and next_level([bad]) == 4 + JUMP == 8
+    assert next_level([Comparison(0, 4, 1e4)]) == 8
+    assert next_level([bad], finest=7) is None
+    assert [finer_share(k) for k in (1, 7, 40)] == [FINER_SHARE[4], FINER_SHARE[6], FINER_SHARE[8]]
 
 
-@pytest.mark.parametrize("decay", [10.0**-0.25, 0.7, 0.85])
-@pytest.mark.parametrize("levels", [4, 6, 12])
-def test_bounds_are_wider_where_errors_fall_more_slowly_than_tolerances(decay: float, levels: int):
-    """Errors 3 r^n: three runs give r; both bounds hold, with margins as at r = 10^(-1/4)."""
+@pytest.mark.parametrize("decay", [0.5, 10.0**-0.25, 0.68, 0.7, 0.85])
+@pytest.mark.parametrize("levels", [4, 6, 8])
+def test_bounds_follow_how_fast_three_runs_show_errors_to_fall(decay: float, levels: int):
+    """Errors 3 r^n: the bound holds; it is sharper where r is regular, and wider where slower."""
     errors = [3.0 * decay**n for n in (0, 4, 4 + levels)]
     first = Comparison(0, 4, errors[0] - errors[1])
     last = Comparison(4, 4 + levels, errors[1] - errors[2]).after(first)
     if levels == 4:
         assert last.decay == pytest.approx(decay, rel=1e-12)
-    assert last.coarser_error_ratio >= errors[1] and last.finer_error_ratio >= errors[2]
-    usual = Comparison(4, 4 + levels, last.difference)
-    assert (
-        last.finer_error_ratio >= usual.finer_error_ratio
-        and last.coarser_error_ratio >= usual.coarser_error_ratio
-    )
-    assert last.error_fraction * last.difference == (
-        last.coarser_error_ratio if last.takes_coarser else last.finer_error_ratio
-    )
+    assert last.error_ratio >= errors[2]
+    usual = Comparison(4, 4 + levels, last.difference).error_ratio
+    if levels == 4:
+        assert (last.error_ratio > usual) == (decay >= 0.7)
+    assert last.error_fraction * last.difference == last.error_ratio
+
+
+@pytest.mark.parametrize("effort", [1.05, 1.2, 2.0])
+def test_bounds_are_wider_where_the_finer_run_is_hardly_finer(effort: float):
+    """Errors of order 3 in steps that samples end: 1/n^3 for n evaluations."""
+    error = effort**-3
+    found = Comparison(0, 4, 1.0 - error, effort=effort, order=3)
+    assert found.error_ratio >= error * (1.0 - 1e-12)
+    by_levels = Comparison(0, 4, 1.0 - error).error_ratio
+    assert found.error_ratio == pytest.approx(max(error, by_levels), rel=1e-12)
+    assert Comparison(0, 4, 0.0, effort=1.0, order=3).kept  # a robot at rest
+
+
+def test_runs_that_agree_far_better_than_tolerances_are_confirmed():
+    """Two of three runs may have missed the same event: a fourth decides, once."""
+    first = Comparison(0, 4, 50.0)
+    usual, chance = (Comparison(4, 8, 50.0 * 0.1 * x).after(first) for x in (0.1, 0.99 * CHANCE))
+    assert usual.kept and chance.by_chance and not chance.kept and next_level([first, chance]) == 12
+    confirmed = Comparison(8, 12, 1e-6).after(chance)
+    assert confirmed.kept and not confirmed.by_chance
+    contradicted = Comparison(8, 12, 50.0).after(chance)
+    assert not contradicted.kept and next_level([first, chance, contradicted]) == 16
 
 
 def test_a_difference_that_grows_widens_the_bounds_by_a_finite_factor():
     """And one without an earlier one beside it, or with none at all, is as usual."""
     grown = Comparison(4, 8, 2.0).after(Comparison(0, 4, 1.0))
-    assert 10.0 < grown.finer_error_ratio / Comparison(4, 8, 2.0).finer_error_ratio < 100.0
+    assert 10.0 < grown.error_ratio / Comparison(4, 8, 2.0).error_ratio < 100.0
     assert Comparison(4, 8, 2.0).after(Comparison(0, 4, 0.0)) == Comparison(4, 8, 2.0)
     assert Comparison(0, 4, 0.0).after(None).kept
 
@@ -85,24 +105,22 @@ def test_a_difference_that_grows_widens_the_bounds_by_a_finite_factor():
 def test_two_runs_without_gain_end_the_search():
     """A motion that amplifies any error is not run finer for ever."""
     flat = [Comparison(4 * k, 4 * k + 4, 50.0) for k in range(3)]
-    assert next_level(flat[:1]) == 16  # the largest jump
-    assert next_level(flat[:2]) == 12  # no gain: the next run is a cheap check
+    assert next_level(flat[:1]) == 8 and next_level(flat[:2]) == 12
     assert next_level(flat) is None
-    # twelve levels are three decades: less than half a decade of gain is none
-    slow = [Comparison(0, 4, 5e4), Comparison(4, 16, 2e4), Comparison(16, 20, 1e4)]
-    assert next_level(slow[:2]) == 28
-    assert next_level(slow) == 24
+    # less than half over four levels is no gain; once it is one, the count begins anew
+    slow = [Comparison(4 * k, 4 * k + 4, x) for k, x in enumerate((5e4, 3e4, 1e4, 6e3))]
+    assert next_level(slow[:2]) == 12 and next_level(slow) == 20
 
 
 def test_a_finer_run_that_finds_far_more_events_is_not_accepted():
-    """Nor is the coarser one, however near they are; the next run decides, be it as far apart."""
+    """However near they are; the next run decides, be it as far apart."""
     found = Comparison(0, 8, 0.01, events=(5, 99))
-    assert found.finds_more and not found.kept and not found.takes_coarser
+    assert found.finds_more and not found.kept
     assert next_level([found]) == 12
     assert next_level([found], finest=8) is None
     resolved = Comparison(8, 12, 40.0, events=(99, 150)).after(found)
     assert resolved.decay == Comparison(0, 8, 0.01).decay  # the first does not show it
-    assert next_level([found, resolved]) == 24  # no stall either
+    assert next_level([found, resolved]) == 16  # no stall either
     for events in ((0, 10), (5, 20), (100, 210), (99, 5)):
         assert Comparison(0, 8, 0.01, events=events).kept, events
 
@@ -110,11 +128,11 @@ def test_a_finer_run_that_finds_far_more_events_is_not_accepted():
 class StubRun:
     """A run whose trunk is off by an error."""
 
-    def __init__(self, error: float, good: bool = True) -> None:
+    def __init__(self, error: float, good: bool = True, evaluations: int = 10) -> None:
         """Take the error [m]."""
         self.good, self.wall_time = good, 0.0
         self.rollout = SimpleNamespace(
-            counters=lambda: {"evaluations": 10, "events": 0}, ended_by="", summary=dict
+            counters=lambda: {"evaluations": evaluations, "events": 0}, ended_by="", summary=dict
         )
         self._error = error
 
@@ -132,20 +150,21 @@ def control_of(errors: dict[int, float]) -> AccuracyControl:
     control = AccuracyControl(RunSettings.of(1.0, None, 1e-4, None, None))
     level: int | None = 0
     while level is not None:
-        control.take(level, StubRun(errors.get(level, 0.0)))  # type: ignore[arg-type]
+        run = StubRun(errors.get(level, 0.0), evaluations=round(1000 * 10.0 ** (level / 12)))
+        control.take(level, run)  # type: ignore[arg-type]
         level = control.next_level()
     return control
 
 
 def test_runs_follow_until_the_bound_is_within():
-    """Errors of 1e-3, 3e-4, then small: the second is within once the third has confirmed it."""
-    control = control_of({0: 1e-3, 4: 1e-5, 8: 1e-6})
+    """Errors of 1e-3, 1e-4, then small: the third run is returned, and its bound is the smaller."""
+    control = control_of({0: 1e-3, 4: 1e-4, 8: 1e-5})
     first, last = control.comparisons
-    assert (first.coarser, first.finer, last.coarser) == (0, 4, 4) and not first.kept
-    assert last.finer - last.coarser in FINER_SHARE and last.kept and last.takes_coarser
-    after = {8: 1e-6}.get(last.finer, 0.0)  # the error that the stub has at that level
-    expected = COARSER_SHARE * (1e-5 - after) / 1e-4
-    assert last.coarser_error_ratio == pytest.approx(expected, rel=1e-12)
+    assert (first.coarser, first.finer, last.coarser, last.finer) == (0, 4, 4, 8)
+    assert not first.kept and last.kept
+    assert last.error_ratio == pytest.approx(
+        FINER_SHARE[4] * REGULAR_SHARE * 9e-5 / 1e-4, rel=1e-12
+    )
 
 
 def test_runs_that_diverge_twice_are_an_error():

@@ -38,7 +38,7 @@ SHORT = {
         *("--duration", "0.05", "--rounds", "1", "--steps", "0.005", "--controls", "yielding"),
         *("--robots", "kharagpur", "--accuracy", "1e-3"),
     ],
-    "command_kills": ["--kills", "1", "--signals", "0", "--only", "walk", "--duration", "1"],
+    "command_kills": ["--kills", "1", "--signals", "0", "--only", "walk", "--duration", "0.3"],
     "constraint_drift": ["--duration", "0.02", "--rounds", "1"],
     "contact_cost": ["--duration", "0.05", "--rounds", "1"],
     "creep": ["--duration", "0.05"],
@@ -49,7 +49,7 @@ SHORT = {
         *("--delays", "20", "--points", "1"),
     ],
     "real_robots": ["--duration", "2.4"],
-    "killed_walk": ["--hours", "0.001", "--pieces", "2", "--kills", "1"],
+    "killed_walk": ["--hours", "0.0005", "--pieces", "2", "--kills", "1"],
     "one_hour": ["--cycles", "2"],
     "peak_sampling": [
         "--robots",
@@ -126,19 +126,7 @@ SHORT = {
     "second_rhs": ["--groups", "friction", "--most", "1", "--tolerance", "1e-7"],
     "step_cost": ["--quick"],
     "sweep_cost": ["--cases", "4", "--duration", "0.1", "--dask", "0", "--samples", "0"],
-    "sweep_scale": [
-        "--cases",
-        "400",
-        "--simulated",
-        "16",
-        "--walks",
-        "4",
-        "--duration",
-        "0.1",
-        "--most",
-        "0",
-    ],
-    "sweep_kills": ["--kills", "2", "--cases", "4", "--duration", "0.3"],
+    "sweep_kills": ["--kills", "1", "--cases", "4", "--duration", "0.1"],
     "motor_feedback": ["--walks", "1"],
     "walk_tracking": ["--quick"],
     "tolerance_calibration": ["--drops", "1", "--methods", "extrapolated-euler"],
@@ -150,12 +138,13 @@ ELSEWHERE = {
     "hc40_references": "ten minutes",
     "restitution_table": "below, as a command",
     "rewritten_robots": "tests/test_rewritten.py",
+    "sweep_scale": "tests/test_sweep_cost.py holds its parts",
     **{f"s2_{name}": "tests/test_walk_figures.py" for name in
        ("energy", "mass_center", "motion", "sweeps", "torques")},
     "s2_page": "tests/test_s2_study.py",
     "s2_study": "tests/test_s2_study.py",
 }  # fmt: skip
-"""Studies that write no page of docs/results/, and where they are run, or why not."""
+"""Studies that write no page of docs/results/, or whose parts are tested, and where, or why not."""
 
 
 @pytest.fixture(scope="module")
@@ -172,6 +161,7 @@ WRITTEN_BY = {
     "s1_comparison": "python scripts/studies foot_control",
     "s2_study": "python scripts/studies s2_page",
     "scale": "python scripts/studies sweep_scale",
+    "sweep_scale": "python scripts/studies sweep_scale",
     "speed_against_error": "hexapod-pin bench",
 }
 """Pages of docs/results/ that are not named as the study that writes them, and its command."""
@@ -206,7 +196,6 @@ def test_study_writes_its_page(name: str, tmp_path: Path, capsys) -> None:
     """Command and machine in the head, no host, no path; the page is printed too."""
     places = {name: ["--figure", "f.svg"] for name in ("constraint_drift", "gain_borders")}
     places["foot_control"] = ["--docs", "docs"]
-    places["sweep_scale"] = ["--page", "scale.md"]
     places["real_robots"] = ["--folder", "robots"]
     (tmp_path / "robots").mkdir()
     shutil.copy(urdf_path("kharagpur"), tmp_path / "robots")

@@ -135,8 +135,8 @@ def walk(
     method: Annotated[
         OptionalText,
         typer.Option(
-            help="extrapolated-euler (the default), ndf, dop853; with fixed steps robust, "
-            "implicit-euler, rk4."
+            help="extrapolated-euler (the default), ndf (with a torque accuracy alone), dop853; "
+            "with fixed steps robust, implicit-euler, rk4."
         ),
     ] = None,
     step: Annotated[

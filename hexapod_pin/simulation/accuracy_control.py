@@ -16,8 +16,9 @@ from hexapod_pin.results.error_estimate import ErrorEstimate
 from hexapod_pin.results.schema import differences
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
+from hexapod_pin.simulation.methods import ORDER
 from hexapod_pin.simulation.native_run import NativeRun
-from hexapod_pin.simulation.resolution import LARGEST_JUMP, Comparison, next_level
+from hexapod_pin.simulation.resolution import JUMP, Comparison, next_level
 from hexapod_pin.simulation.run_outcome import run_numbers
 from hexapod_pin.simulation.run_settings import RunSettings
 
@@ -34,6 +35,10 @@ class _Ended:
     @property
     def events(self) -> int:
         return int(self.run.rollout.counters()["events"])
+
+    @property
+    def effort(self) -> int:
+        return max(1, int(self.run.rollout.counters()["evaluations"]))
 
 
 class AccuracyControl:
@@ -77,8 +82,10 @@ class AccuracyControl:
                 self._difference, float(np.abs(torque).max(initial=0.0))
             )
             found = Comparison(
-                coarser.refinement, finer.refinement, ratio, events=(coarser.events, finer.events)
-            )
+                coarser.refinement, finer.refinement, ratio,
+                events=(coarser.events, finer.events), effort=finer.effort / coarser.effort,
+                order=ORDER.get(self.settings.method_settings.method.name, 0),
+            )  # fmt: skip
             self.comparisons.append(found.after(self.comparisons[-1] if self.comparisons else None))
 
     def next_level(self) -> int | None:
@@ -100,10 +107,10 @@ class AccuracyControl:
         if self.comparisons:
             diverged = self._level > self.comparisons[-1].finer
             return None if diverged else next_level(self.comparisons, finest)
-        return min(self._level + LARGEST_JUMP, finest) if self._level < finest else None
+        return min(self._level + JUMP, finest) if self._level < finest else None
 
     def trace(self) -> Trace:
-        """Return the trace of the run that suffices, or of the finest, with its error."""
+        """Return the trace of the finest run, with its error."""
         return self._chosen.run.trace(
             self._error, self._counters, self._numerics, self._number_errors
         )
@@ -113,12 +120,8 @@ class AccuracyControl:
         return self._chosen.run.summary(self._counters, self._numerics, self._number_errors)
 
     @property
-    def _takes_coarser(self) -> bool:
-        return bool(self.comparisons) and self.comparisons[-1].takes_coarser
-
-    @property
     def _chosen(self) -> _Ended:
-        return self._ended[0 if self._takes_coarser else -1]
+        return self._ended[-1]
 
     @property
     def _share(self) -> float:

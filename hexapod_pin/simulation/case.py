@@ -158,9 +158,9 @@ def simulate(
         estimate: False: a single run, each of whose steps meets the accuracy; the error of the
             whole run is unknown. None: True, except for a `FeedbackController`: with True it is
             called in every run and must be pure.
-        method: "extrapolated-euler" (adaptive, the default), "ndf" (1e-5 and tighter),
-            "dop853" (explicit, for references); or with fixed steps "robust", "implicit-euler"
-            (the default where a step is given), "rk4".
+        method: "extrapolated-euler" (adaptive, the default), "ndf" (1e-5 and tighter; the default
+            where `torque_accuracy` is given alone), "dop853" (explicit, for references); or with
+            fixed steps "robust", "implicit-euler" (the default where a step is given), "rk4".
         step: integration step of a fixed-step method [s]; default 1 ms.
         sample: time between samples [s]. Adaptive: default 2 ms. Fixed steps: a whole number of
             steps, default 1 ms or one step.

@@ -35,10 +35,15 @@ what the accuracy allows: two such runs may both be wrong about which foot slide
 SENSITIVE_LEVELS = {"extrapolated-euler": 4, "ndf": 0, "dop853": 4}
 """The same for a `sensitive` scene: down to a hundredth of the tolerance."""
 
+ORDER = {"extrapolated-euler": 3}
+"""Of methods whose steps end at samples: there the error follows the steps, not the tolerance."""
+
 DEFAULT_STEP = 1e-3
 """[s]"""
 
 DEFAULT_METHOD = "extrapolated-euler"
+DEFAULT_TORQUE_METHOD = "ndf"
+"""Where an accuracy of torques is given alone: its torques are more accurate than its positions."""
 DEFAULT_FIXED_METHOD = "implicit-euler"
 """Where a step is given and no method."""
 
@@ -177,13 +182,15 @@ def resolve_method(
 ) -> MethodSettings:
     """Return the method of the settings given.
 
-    Nothing given: "extrapolated-euler" at 1e-4. An accuracy alone: the same at that. A step alone:
-    "implicit-euler".
+    Nothing given: "extrapolated-euler" at 1e-4. An accuracy alone: the same at that. An accuracy of
+    torques alone: "ndf". A step alone: "implicit-euler".
 
     Raises:
         ParameterError: unknown method; accuracy or step out of range, or not of this method.
     """
-    name = method or (DEFAULT_METHOD if step is None else DEFAULT_FIXED_METHOD)
+    only_torque = torque_accuracy is not None and accuracy is None and step is None
+    usual = DEFAULT_METHOD if step is None else DEFAULT_FIXED_METHOD
+    name = method or (DEFAULT_TORQUE_METHOD if only_torque else usual)
     known = {**METHODS, **INTERNAL}
     found = known.get(SHORT_NAMES.get(name, name))
     if found is None:

@@ -1,27 +1,34 @@
 """How finely a run must be resolved for its error to stay within the accuracy requested.
 
 Two runs of one case, the second finer, differ by the error of the first less that of the second.
-The factors below turn this difference into bounds of both; they were found over random scenes of
-all laws, grounds and kinds of motion (docs/accuracy.md). Three runs show how fast errors fall:
-where they fall more slowly than tolerances, the bounds are wider, as in Richardson's extrapolation.
+The factors below turn this difference into a bound of the finer one's; they were found over random
+scenes of all laws, grounds and kinds of motion (docs/accuracy.md). Three runs show how fast errors
+fall: where they fall more slowly than tolerances, the bound is wider, as in Richardson's
+extrapolation; where they fall far faster, two runs may agree by chance, and a third must confirm.
+Where samples, not tolerances, end the steps, the finer run is hardly finer: what it cost more says
+by how much.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 LEVELS_PER_DECADE = 4
 """Levels of resolution by which tolerances fall to a tenth."""
 
-COARSER_SHARE = 2.2
-"""Error of the coarser of two runs over their difference, at most [-]."""
+JUMP = 4
+"""Levels to the next run. What a run costs doubles with them; longer jumps overshoot."""
 
-FINER_SHARE = {4: 1.0, 5: 0.7, 6: 0.45, 8: 0.25, 10: 0.2, 12: 0.15}
-"""Error of the finer one over their difference, at most [-], by the levels between them."""
+FINER_SHARE = {4: 0.7, 6: 0.2, 8: 0.16}
+"""Error of the finer of two runs over their difference, at most [-], by the levels between."""
 
 USUAL_DECAY = 10.0 ** (-1.0 / LEVELS_PER_DECADE)
 """Error of a run over that of one a level coarser: it follows the tolerance [-]."""
+
+REGULAR_DECAY, REGULAR_SHARE = (0.5, 0.68), 0.65
+"""Errors that three runs show to fall so, as tolerances do, have this share of the usual bound."""
 
 SLOWEST_DECAY = 0.9
 """Of what is found by three runs: slower is no gain [-]."""
@@ -29,14 +36,12 @@ SLOWEST_DECAY = 0.9
 DECAY_SLACK = 1.5
 """How much larger the share that follows from a decay may be than the usual, uncounted [-]."""
 
-LARGEST_JUMP = max(FINER_SHARE)
-"""Levels to the next run, at most."""
+CHANCE = 0.1
+"""A difference that falls to less than this times what tolerances do may have done so by chance
+[-]. In random scenes 1 of 100 does."""
 
-TYPICAL_SHARE = 0.25
-"""The finer run's error over its bound, as is usual [-]."""
-
-AIM = 0.7
-"""Share of the accuracy that the next bound is meant to come to [-]."""
+LEAST_EFFORT = 1.01
+"""Evaluations of the finer run over those of the coarser, counted at least [-]."""
 
 MOST_LEVELS = 32
 """Finest level: tolerances a hundred million times those of level 0."""
@@ -57,24 +62,37 @@ class Comparison:
         coarser: level of the first.
         finer: level of the second.
         difference: of the two, over the accuracy requested [-].
-        decay: of the error from level to level, from this and the comparison before [-].
+        decay: of the error from level to level, from this and the comparison before [-]; None:
+            there was none before.
+        by_chance: whether they may agree by chance: the comparison before was beyond the accuracy,
+            and this one is smaller by far more than tolerances are.
         events: touch-downs, lift-offs and switches that ended a step, of both.
+        effort: evaluations of the finer run over those of the coarser [-].
+        order: of the method, where steps that samples end have its error; 0: unknown.
     """
 
     coarser: int
     finer: int
     difference: float
-    decay: float = USUAL_DECAY
+    decay: float | None = None
+    by_chance: bool = False
     events: tuple[int, int] = (0, 0)
+    effort: float = math.inf
+    order: int = 0
 
     def after(self, last: Comparison | None) -> Comparison:
         """Return this comparison as one that follows another, with the decay that both show."""
         if last is None or last.finds_more:
             return self
-        if not (last.difference > 0.0 and self.coarser > last.coarser):
+        levels = self.coarser - last.coarser
+        if not (last.difference > 0.0 and levels > 0):
             return self
-        decay = (self.difference / last.difference) ** (1.0 / (self.coarser - last.coarser))
-        return replace(self, decay=decay)
+        fall = self.difference / last.difference
+        return replace(
+            self,
+            decay=fall ** (1.0 / levels),
+            by_chance=last.error_ratio > 1.0 and fall < CHANCE * USUAL_DECAY**levels,
+        )
 
     @property
     def finds_more(self) -> bool:
@@ -84,44 +102,38 @@ class Comparison:
 
     @property
     def error_fraction(self) -> float:
-        """Error of the run that suffices, or of the finer one, over the difference, at most [-]."""
-        return self._coarser_share if self.takes_coarser else self._finer_share
+        """Error of the finer run over the difference, at most [-]."""
+        share = finer_share(self.finer - self.coarser) * self._share_by_decay
+        if not self.order:
+            return share
+        return max(share, _finer_share(max(self.effort, LEAST_EFFORT) ** -self.order))
 
     @property
-    def coarser_error_ratio(self) -> float:
-        """Bound of the coarser run's error over the accuracy requested [-]."""
-        return self._coarser_share * self.difference
+    def _share_by_decay(self) -> float:
+        """What the decay makes of the usual share [-]."""
+        if self.decay is None:
+            return 1.0
+        slowest, quickest = max(REGULAR_DECAY), min(REGULAR_DECAY)
+        if quickest <= self.decay <= slowest:
+            return REGULAR_SHARE
+        levels = self.finer - self.coarser
+        found = _finer_share(min(max(self.decay, USUAL_DECAY), SLOWEST_DECAY) ** levels)
+        return max(1.0, found / (DECAY_SLACK * _finer_share(USUAL_DECAY**levels)))
 
     @property
-    def finer_error_ratio(self) -> float:
+    def error_ratio(self) -> float:
         """Bound of the finer run's error over the accuracy requested [-]."""
-        return self._finer_share * self.difference
+        return self.error_fraction * self.difference
 
     @property
     def kept(self) -> bool:
-        """Whether one of them is within the accuracy requested."""
-        return not self.finds_more and min(self.coarser_error_ratio, self.finer_error_ratio) <= 1.0
-
-    @property
-    def takes_coarser(self) -> bool:
-        """Whether the coarser one suffices: its bound is the sharper one."""
-        return not self.finds_more and self.coarser_error_ratio <= 1.0
-
-    @property
-    def _coarser_share(self) -> float:
-        levels = self.finer - self.coarser
-        return COARSER_SHARE * _slower(self.decay, lambda r: 1.0 / (1.0 - r**levels))
-
-    @property
-    def _finer_share(self) -> float:
-        levels = self.finer - self.coarser
-        return finer_share(levels) * _slower(self.decay, lambda r: r**levels / (1.0 - r**levels))
+        """Whether the finer run is within the accuracy requested."""
+        return not self.finds_more and not self.by_chance and self.error_ratio <= 1.0
 
 
-def _slower(decay: float, share: Callable[[float], float]) -> float:
-    """Return by how much a share that follows from the decay is larger than usual, at least 1."""
-    found = share(min(max(decay, USUAL_DECAY), SLOWEST_DECAY))
-    return max(1.0, found / (DECAY_SLACK * share(USUAL_DECAY)))
+def _finer_share(ratio: float) -> float:
+    """Return the finer run's error over the difference; `ratio`: its error over the coarser's."""
+    return ratio / (1.0 - ratio)
 
 
 def finer_share(levels: int) -> float:
@@ -134,29 +146,17 @@ def finer_share(levels: int) -> float:
 def next_level(made: Sequence[Comparison], finest: int = MOST_LEVELS) -> int | None:
     """Return the level of the next run; None where the last suffices, or where none would help."""
     last = made[-1]
-    if last.kept or last.finer + min(FINER_SHARE) > finest or has_stalled(made):
+    if last.kept or last.finer + JUMP > finest or has_stalled(made):
         return None
-    jump = min(FINER_SHARE) if _without_gain(made) else _jump_for(last.finer_error_ratio)
-    return min(last.finer + jump, finest)
-
-
-def _jump_for(error_ratio: float) -> int:
-    """Return the levels to a run whose bound should suffice; `error_ratio`: of the last run [-]."""
-    expected = TYPICAL_SHARE * error_ratio
-    return next((j for j, share in FINER_SHARE.items() if share * expected <= AIM), LARGEST_JUMP)
+    return last.finer + JUMP
 
 
 def has_stalled(made: Sequence[Comparison]) -> bool:
     """Tell whether two finer runs in a row have brought no gain: the motion amplifies any error."""
-    return _without_gain(made) >= 2
-
-
-def _without_gain(made: Sequence[Comparison]) -> int:
-    """Return how many finer runs in a row, up to the last, have brought no gain."""
     count = 0
     for earlier, later in zip(reversed(made[:-1]), reversed(made), strict=False):
         least = LEAST_GAIN ** ((later.coarser - earlier.coarser) / LEVELS_PER_DECADE)
         if earlier.finds_more or later.difference <= earlier.difference * least:
             break
         count += 1
-    return count
+    return count >= 2
