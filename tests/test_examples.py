@@ -119,6 +119,7 @@ def test_sweep_a_parameter(run) -> None:
         assert 0.5 < peak < 6.0  # N m, S2's effort limit
 
 
+@pytest.mark.slow
 def test_uncertain_walk(run, capsys: pytest.CaptureFixture[str]) -> None:
     found = run("uncertain_walk")
     assert (found.walks, found.failed) == (16, 0)
@@ -178,6 +179,7 @@ def test_robot_from_dimensions(run) -> None:
     assert budget.measured_speed == pytest.approx(0.12, rel=0.05)
 
 
+@pytest.mark.slow
 def test_own_study(run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """It runs, and goes on, on threads and on worker processes, with the same bits."""
     angle, torque = run("own_study")

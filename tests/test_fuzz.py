@@ -26,6 +26,7 @@ INPUTS = 10
 IN_PROCESS = [door for door in DOORS if door not in SELDOM]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("door", IN_PROCESS)
 def test_odd_inputs_are_used_or_refused_and_files_of_others_stay(door: str):
     outcomes = [attempt(door, seed) for seed in range(INPUTS)]

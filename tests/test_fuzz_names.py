@@ -62,6 +62,7 @@ def test_every_public_class_has_a_sound_instance():
     assert [owner for owner in public_classes() if not sound.instances(owner)] == []
 
 
+@pytest.mark.slow
 def test_arguments_meant_to_be_sound_are_used():
     """Else odd arguments are refused for another reason than their own."""
     refused = []

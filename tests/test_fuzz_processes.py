@@ -34,6 +34,7 @@ SEEDS = (1, 4, 6, 8, 10, 13, 14, 30)
 """Of a small sample; `make fuzz` takes them from the clock."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", SEEDS)
 def test_odd_commands_end_as_documented_and_leave_others_files_alone(
     seed: int, monkeypatch: pytest.MonkeyPatch
@@ -186,6 +187,7 @@ def test_a_planted_fault_is_found(
     assert told in judged(script, tmp_path, monkeypatch, plants=plants)
 
 
+@pytest.mark.slow
 def test_a_command_that_is_slow_by_itself_is_no_fault(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ):

@@ -109,6 +109,7 @@ def changed(data: dict[str, Any], path: tuple[Any, ...], value: Any) -> str:
     return tomli_w.dumps(data)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", READERS)
 def test_every_key_with_a_value_of_every_type(name: str) -> None:
     """It is read, or refused by an error that names the key or the table that it stands in.

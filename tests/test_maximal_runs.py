@@ -131,6 +131,7 @@ def test_constant_turning() -> None:
 # --- supported ----------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_heavy_top() -> None:
     """HC20: a root held at a point, 2 s at 150 rad/s."""
     case = CASES["HC20_heavy_top"]["ref"]
@@ -217,6 +218,7 @@ def compare_motion(
     return position_difference(twin.robot_order(run.q, 7), trace.q)
 
 
+@pytest.mark.slow
 def test_drop_equals_the_core() -> None:
     """HC40 soft until all feet have touched: positions of the core's DOP853 at 1e-10.
 

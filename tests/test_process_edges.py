@@ -51,6 +51,7 @@ def one_line(done: subprocess.CompletedProcess[str]) -> bool:
     return done.stderr.count("\n") == 1 and done.stderr.startswith("hexapod-pin: ")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("closed", ["<&- >&-", "2>&-", "<&- >&- 2>&-"])
 def test_closed_streams_are_no_matter(closed: str, tmp_path: Path) -> None:
     """The command is run, its files are written, its status is right."""
@@ -372,6 +373,7 @@ LONG = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "number"),
     list(zip(LONG, itertools.cycle((signal.SIGTERM, signal.SIGINT, signal.SIGHUP)))),  # noqa: B905

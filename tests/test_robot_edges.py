@@ -297,6 +297,7 @@ def load_check_repair(path: Path) -> None:
     repair_urdf(read_urdf(path), NoMeshes())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "kind",
     ["fixed in a row on the trunk, fixed in a row on a leg, fixed around the trunk",
@@ -313,6 +314,7 @@ def test_work_grows_with_the_number_of_links(tmp_path: Path, kind: str) -> None:
     assert work[2] - work[1] < 2.02 * (work[1] - work[0]), work
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "number"),
     [("fixed in a row on a leg", MAX_LINKS - 25), ("moved in a row", 400), ("of one name", 400)],

@@ -70,6 +70,7 @@ def on_one_thread(name: str) -> str:
     return STUDIES[name](threads=1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", STUDIES)
 def test_a_study_that_is_killed_twice_goes_on_with_the_same_bits(
     name: str, processes: Any, tmp_path: Path, written: list[int]
@@ -292,6 +293,7 @@ def test_options_that_do_not_fit_are_refused(tmp_path: Path) -> None:
     assert run_study(heights, [], store=tmp_path / "a.db") == []
 
 
+@pytest.mark.slow
 def test_worker_processes_give_the_same_bits() -> None:
     assert STUDIES["mapped"](processes=1) == on_one_thread("mapped")
     with refused(WorkersError, about=("tests.test_runner",)):  # no worker finds this module

@@ -15,6 +15,8 @@ from studies.s2.runs import PartsInterrupted, study_cases, study_parts
 
 import hexapod_pin as hp
 
+pytestmark = pytest.mark.slow
+
 
 def main(script: str) -> Callable[[list[str]], int]:
     return importlib.import_module(f"studies.s2.{script}").main

@@ -663,6 +663,7 @@ def _require_right(found: SweepResult, whole: SweepResult) -> None:
             np.testing.assert_array_equal(got.values, wanted.values)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("table", TABLES)
 def test_damage_of_any_kind_is_refused_named_or_run_again(
     tmp_path: Path, whole: SweepResult, outcomes: Any, monkeypatch: Any, table: str
@@ -682,6 +683,7 @@ def test_damage_of_any_kind_is_refused_named_or_run_again(
     assert repaired > (20 if table != "texts" else 5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("table", TABLES)
 def test_rows_whose_checksums_were_made_to_fit_raise_typed_errors(
     tmp_path: Path, whole: SweepResult, outcomes: Any, monkeypatch: Any, table: str

@@ -191,6 +191,7 @@ def test_studies_are_listed_and_run_by_one_command() -> None:
     assert run("no_such_study").returncode == 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in SHORT if name not in ("step_cost",)])
 def test_study_writes_its_page(name: str, tmp_path: Path, capsys) -> None:
     """Command and machine in the head, no host, no path; the page is printed too."""
@@ -210,6 +211,7 @@ def test_study_writes_its_page(name: str, tmp_path: Path, capsys) -> None:
     assert socket.gethostname() not in page and str(ROOT) not in page
 
 
+@pytest.mark.slow
 def test_step_cost_writes_speeds_with_errors(tmp_path: Path, capsys) -> None:
     """Quick form: both files, an error for every entry and motion, same bits, no host or path."""
     assert main(["step_cost", "--quick", "--out", str(tmp_path)]) == 0

@@ -23,6 +23,7 @@ from hexapod_pin.study.runs.workers import DaskWorkers
 from tests.runner_studies import STUDIES
 from tests.sweep_studies import require_same_bits, small_study
 
+pytestmark = pytest.mark.slow
 distributed = pytest.importorskip("distributed")
 STUDY = small_study()
 PATIENCE = 60.0

@@ -23,6 +23,7 @@ from hexapod_pin.study.runs.store import SweepStore
 from hexapod_pin.study.runs.workers import WorkerProcesses
 from tests.sweep_studies import require_same_bits, small_study, write_study_file
 
+pytestmark = pytest.mark.slow
 STUDY = small_study(4)
 PATIENCE = 60.0
 """Longest wait for a process [s]."""

@@ -219,6 +219,7 @@ assert there[1:4] == walked(scene)[1:4]
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif("fork" not in multiprocessing.get_all_start_methods(), reason="no fork")
 def test_a_pool_of_forked_processes() -> None:
     """In a program of its own: threads of other tests do not survive a fork."""

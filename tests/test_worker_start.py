@@ -60,6 +60,7 @@ def _console_script() -> str:
     return str(script)
 
 
+@pytest.mark.slow
 def test_modules_beside_a_study_are_not_run(folder: Path) -> None:
     """And the cases are what they are without workers, to the bit."""
     _, ran = _started(folder, [_console_script()])
@@ -71,6 +72,7 @@ def test_modules_beside_a_study_are_not_run(folder: Path) -> None:
 REAL = "exec((__import__('pathlib').Path(__import__('os').__file__).parent / '{}.py').read_text())"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("start", [["-m", "hexapod_pin"], ["-c", ENTRY]])
 def test_modules_that_the_command_itself_runs_are_not_run_by_workers(
     folder: Path, start: list[str]
