@@ -21,13 +21,13 @@ LEVELS_PER_DECADE = 4
 JUMP = 4
 """Levels to the next run. What a run costs doubles with them; longer jumps overshoot."""
 
-FINER_SHARE = {4: 0.7, 6: 0.2, 8: 0.16}
+FINER_SHARE = {4: 0.9, 6: 0.3, 8: 0.2}
 """Error of the finer of two runs over their difference, at most [-], by the levels between."""
 
 USUAL_DECAY = 10.0 ** (-1.0 / LEVELS_PER_DECADE)
 """Error of a run over that of one a level coarser: it follows the tolerance [-]."""
 
-REGULAR_DECAY, REGULAR_SHARE = (0.5, 0.68), 0.65
+REGULAR_DECAY, REGULAR_SHARE = (0.5, 0.68), 0.55
 """Errors that three runs show to fall so, as tolerances do, have this share of the usual bound."""
 
 SLOWEST_DECAY = 0.9
