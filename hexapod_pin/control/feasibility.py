@@ -114,7 +114,7 @@ def _path_or_rates(
         stands = _singular(six, six.kinematics.posture[:, None], len(six.legs))
         if stands is not None:
             return stands[0]
-    path = FootPath.of(six, gait, stop_at=CHECKED_CYCLES * gait.cycle_time, motion=motion)
+    path = checked_path(six, gait, motion)
     try:
         p_BF, v_BF = six.foot_motion(path, checked_times(path))
     except ReachError as error:
@@ -125,6 +125,13 @@ def _path_or_rates(
         return Violation(PATH, str(refused[1])) if found is None else found[0]
     found = _singular(six, q, len(six.legs))
     return six.kinematics.estimated_rates(p_BF, v_BF, q) if found is None else found[0]
+
+
+@lru_cache(maxsize=KEPT_PATHS)
+def checked_path(six: LegGroup, gait: Gait, motion: BodyMotion | None) -> FootPath:
+    """Return the path of a walk of `CHECKED_CYCLES`; all checks share the roll of its feet."""
+    stop = CHECKED_CYCLES * gait.cycle_time
+    return FootPath.of(six, gait, stop_at=stop, motion=motion).solved_until(stop)
 
 
 def posture_violation(six: LegGroup, q: Array, v: Array) -> tuple[Violation, int] | None:

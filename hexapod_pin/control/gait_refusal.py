@@ -15,15 +15,14 @@ import numpy as np
 from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.feasibility import (
-    CHECKED_CYCLES,
     PATH,
     POSTURE,
     RATE,
     Violation,
+    checked_path,
     checked_times,
     violation,
 )
-from hexapod_pin.control.foot_path import FootPath
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.leg_group import LegGroup, leg_group
 from hexapod_pin.errors import GaitError, ReachError
@@ -33,6 +32,7 @@ from hexapod_pin.robot.leg_bodies import LegBodies, leg_bodies
 if TYPE_CHECKING:
     from hexapod_pin.control.body_motion import BodyMotion
     from hexapod_pin.control.commanded_body import VelocityCommand
+    from hexapod_pin.control.foot_path import FootPath
     from hexapod_pin.robot.robot import Robot
 
 
@@ -303,7 +303,7 @@ def _clearance(
     if not bodies.pairs:
         return Clearance(("", ""), 0.0, np.inf, bodies.excluded, bodies.assumed)
     six = six.along(gait)
-    path = FootPath.of(six, gait, stop_at=CHECKED_CYCLES * gait.cycle_time, motion=motion)
+    path = checked_path(six, gait, motion)
     time = checked_times(path, SAMPLES_PER_CYCLE)
     q = _postures(six, path, time)
     row = _first_smallest(bodies.distances(q)[0])
