@@ -1,7 +1,6 @@
 # Needs Python >= 3.10 (with venv and its C headers), a C++17 compiler and make. The rest goes into .venv.
 #   make walk                      set up, walk the hexapod of S2 for 10 s, leave walk.nc and walk.html
-#   make test                      set up, run the tests
-#   make test-slow                 the slow ones: studies, odd inputs by the hundred, killed processes
+#   make test                      set up, run every test
 #   make sanitize                  the core under address, undefined-behaviour and thread sanitizers
 #   make fuzz                      100 000 odd inputs through every public door, 5000 as processes; under an hour
 #   make wheel                     build a wheel into dist/; wheel-smoke tries it where no compiler is
@@ -37,16 +36,13 @@ all(map(u.find_spec, ("venv", "ensurepip"))) or sys.exit("lacks venv/ensurepip: 
 os.path.exists(sysconfig.get_path("include") + "/Python.h") or sys.exit("lacks Python.h: install python3-dev")
 PROGRAM := \#include <optional>\nint main() { if constexpr (true) return *std::optional<int>(0); }\n
 
-.PHONY: walk test test-slow lint format types contracts check sanitize fuzz bench wheel wheel-smoke clean compiler FORCE
+.PHONY: walk test lint format types contracts check sanitize fuzz bench wheel wheel-smoke clean compiler FORCE
 
 walk: $(VENV)/.installed
 	@$(BIN)/hexapod-pin walk kharagpur --out walk.nc --html walk.html
 
 test: $(VENV)/.test
-	$(BIN)/python -m pytest -n auto --dist worksteal -m "not slow"
-
-test-slow: $(VENV)/.test
-	$(BIN)/python -m pytest -n auto --dist worksteal -m slow
+	$(BIN)/python -m pytest -n auto --dist worksteal
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .

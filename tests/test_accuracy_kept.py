@@ -284,6 +284,9 @@ def test_a_batch_knows_its_errors_too():
     trace = case.run()
     (batched,), (summary,) = (hp.simulate_batch([case], keep=keep) for keep in ("trace", "summary"))
     assert batched == trace
+    finest = case.settings.at_level(case.settings.method_settings.first_levels[1])
+    assert trace.counters["runs"] == 2  # of which the finer one is returned
+    assert trace.run.numerics.tolerance == finest.method_settings.tolerance
     assert isinstance(summary, hp.Summary)
     assert summary.error_estimate == trace.error_estimate == batched.error_estimate
     assert summary.accuracy_kept and summary.torque_rms == pytest.approx(trace.summary.torque_rms)
@@ -296,7 +299,9 @@ def test_a_torque_accuracy_may_be_requested_instead():
     """In N m, or as a share of the largest; what is not a share or a size is refused."""
     scene = hp.Scene(hp.load_robot("athena"))
     trace = hp.simulate(scene, hp.HoldPosture(), duration=0.05, torque_accuracy="1 %")
-    assert trace.accuracy_kept
+    assert trace.accuracy_kept and trace.run.numerics.method == "ndf"
+    both = hp.simulate(scene, hp.HoldPosture(), duration=0.05, accuracy=1e-4, torque_accuracy="1 %")
+    assert both.run.numerics.method == "extrapolated-euler"
     assert trace.error.torque[-1] <= 0.01 * np.abs(trace.torque).max()
     tight = hp.simulate(scene, hp.HoldPosture(), duration=0.05, torque_accuracy=1e-4)
     assert tight.error.torque[-1] <= 1e-4

@@ -122,7 +122,7 @@ def test_sweep_a_parameter(run) -> None:
 @pytest.mark.slow
 def test_uncertain_walk(run, capsys: pytest.CaptureFixture[str]) -> None:
     found = run("uncertain_walk")
-    assert (found.walks, found.failed) == (16, 0)
+    assert (found.walks, found.failed) == (32, 0)
     assert 1.2 < found.percentiles[5] < found.percentiles[50] < found.percentiles[95] < 2.0  # N m
     assert found.indices.total[0] < 0.15  # a tripod that does not slip: friction hardly matters
     assert found.sentence in capsys.readouterr().out

@@ -127,5 +127,5 @@ def main(argv: Sequence[str] | None = None) -> NoReturn:
 
 @cache
 def _commands() -> Any:
-    """Return the commands with their options, which take 26 ms to make."""
+    """Return the commands with their options, made once per process."""
     return typer.main.get_command(app)

@@ -19,7 +19,7 @@ LEVELS_PER_DECADE = 4
 """Levels of resolution by which tolerances fall to a tenth."""
 
 JUMP = 4
-"""Levels to the next run. What a run costs doubles with them; longer jumps overshoot."""
+"""Levels to the next run. Longer jumps overshoot, and what a run costs grows with them."""
 
 FINER_SHARE = {4: 0.9, 6: 0.3, 8: 0.2}
 """Error of the finer of two runs over their difference, at most [-], by the levels between."""
