@@ -10,7 +10,7 @@ import os
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, wraps
+from functools import cached_property, lru_cache, wraps
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -26,7 +26,7 @@ from hexapod_pin.immutable import Immutable, content_digest, rebuilt
 from hexapod_pin.robot.description.leg_names import LEG_NAMES
 from hexapod_pin.robot.description.urdf_annotation import read_provenance
 from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile, parse_urdf
-from hexapod_pin.robot.loading.load_options import LoadOptions
+from hexapod_pin.robot.loading.load_options import KeyedOptions, LoadOptions
 from hexapod_pin.robot.loading.load_urdf import LoadedUrdf, load_urdf
 from hexapod_pin.robot.loading.pin_model import Foot, build_model, joints_in_order, place_feet
 from hexapod_pin.robot.recognition.layout import RobotLayout
@@ -241,10 +241,31 @@ def load_robot(
     arguments = LoadOptions(**{key: value for key, value in named.items() if value is not None})
     if options is not None:
         arguments = arguments.over(options)
-    robot = robot_of(load_urdf(_path(source), arguments), _place(source))
+    if source in PACKAGED:
+        robot = _own_model(_packaged(str(source), arguments.keyed()))
+    else:
+        robot = robot_of(load_urdf(_path(source), arguments), _absolute(source))
     if posture is not None:
         robot.posture_from(posture)  # refuses what is no posture: numbers that are not finite
     return robot
+
+
+KEPT_ROBOTS = 16
+"""How many packaged robots are cached, each with its options: their files do not change."""
+
+
+@lru_cache(maxsize=KEPT_ROBOTS)
+def _packaged(name: str, keyed: KeyedOptions) -> Robot:
+    """Load a robot of the package."""
+    return robot_of(load_urdf(urdf_path(name), keyed.options), name)
+
+
+def _own_model(robot: Robot) -> Robot:
+    """Return a cached robot with a model of its own: a user's change of one changes no other."""
+    import pinocchio as pin
+
+    _, (held, protected) = robot.__reduce__()
+    return rebuilt(Robot, {**held, "model": pin.Model(robot.model)}, protected)
 
 
 def robot_of(urdf: LoadedUrdf, source: str) -> Robot:
@@ -328,19 +349,13 @@ def urdf_path(name: str) -> Path:
     raise UrdfError(name, [f"neither {places[0]} nor {places[1]} exists; reinstall the package"])
 
 
-def _place(source: str | Path) -> str:
-    """Return what means the same robot in a process that works in another folder."""
-    return str(source) if source in PACKAGED else _absolute(source)
-
-
 def _absolute(path: str | Path) -> str:
+    """Return what means the same file in a process that works in another folder."""
     return str(user_path(path).absolute())
 
 
 def _path(source: str | Path) -> Path:
-    """Return the file meant by a packaged robot's name or a path."""
-    if source in PACKAGED:
-        return urdf_path(str(source))
+    """Return the file meant by a path; no bare name is one that no robot of the package has."""
     path = user_path(source)
     name_only = isinstance(source, str) and path.name == source and not path.suffix
     if name_only and not os.path.exists(path):

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
 
@@ -12,7 +10,7 @@ from pydantic import ConfigDict
 
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.file_schema import FileData, Number, check_data
-from hexapod_pin.robot.loading.load_options import LoadOptions
+from hexapod_pin.robot.loading.load_options import KeyedOptions, LoadOptions
 from hexapod_pin.robot.robot import PACKAGED, Robot, load_robot, urdf_path
 from hexapod_pin.user_file import user_path
 
@@ -63,7 +61,7 @@ def read_robot(data: Mapping[str, Any]) -> Robot:
     """
     check_data(RobotText, "robot", data)
     source = data["source"]
-    options = _keyed(data["options"]) if "options" in data else None
+    options = LoadOptions(**data["options"]).keyed() if "options" in data else None
     parts = (tuple(x) if isinstance(x := data.get(name), list) else x for name in OPTIONS)
     robot = _loaded(source, _stamp(source), *parts, options)
     if data.get("digest", robot.digest) != robot.digest:
@@ -71,20 +69,6 @@ def read_robot(data: Mapping[str, Any]) -> Robot:
             "robot.digest", data["digest"], "that of the file", "The URDF has changed."
         )
     return robot
-
-
-@dataclass(frozen=True)
-class _KeyedOptions:
-    """Load options as a part of a key: equal where their texts are."""
-
-    text: str
-    options: LoadOptions = field(compare=False)
-
-
-def _keyed(given: Mapping[str, Any]) -> _KeyedOptions:
-    """Return options as a part of a key; a bad one is refused by its name."""
-    options = LoadOptions(**given)
-    return _KeyedOptions(json.dumps(given, sort_keys=True), options)
 
 
 def _stamp(source: str) -> tuple[int, int]:
@@ -103,7 +87,7 @@ def _loaded(
     feet: Any,
     radii: Any,
     posture: Any,
-    keyed: _KeyedOptions | None,
+    keyed: KeyedOptions | None,
 ) -> Robot:
     """Load a robot; `stamp` only distinguishes one content of a file from another."""
     options = None if keyed is None else keyed.options

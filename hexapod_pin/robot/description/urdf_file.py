@@ -60,36 +60,39 @@ KEPT_TRIPLES = 4096
 
 @dataclass(frozen=True)
 class Link:
-    """A <link>; numbers that cannot be read are NaN. Its element keeps the rest."""
+    """A <link> as it was when it was read; numbers that cannot be read are NaN.
+
+    Its element keeps the rest. A repair that changes the element takes a new `UrdfFile` after it.
+    """
 
     name: str
     element: ET.Element = field(repr=False, compare=False)
 
-    @property
+    @cached_property
     def mass(self) -> float | None:
         """Mass [kg]; None without an <inertial>."""
         if self.element.find("inertial") is None:
             return None
         return quantity(self.element.find("inertial/mass"), "value")
 
-    @property
+    @cached_property
     def com(self) -> tuple[float, ...]:
         """Centre of mass in the link's frame [m]."""
         return origin(self.element.find("inertial"))[0]
 
-    @property
+    @cached_property
     def inertia_rpy(self) -> tuple[float, ...]:
         """Roll, pitch, yaw from the link's axes to the inertia's axes [rad]."""
         return origin(self.element.find("inertial"))[1]
 
-    @property
+    @cached_property
     def moments(self) -> tuple[float, ...]:
         """(ixx, iyy, izz, ixy, ixz, iyz) about the centre of mass [kg m^2]."""
         names = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
         inertia = self.element.find("inertial/inertia")
         return tuple(quantity(inertia, name) for name in names)
 
-    @property
+    @cached_property
     def collision_sphere(self) -> Sphere | None:
         """The first collision sphere."""
         for collision in self.element.findall("collision"):

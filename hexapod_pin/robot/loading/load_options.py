@@ -5,7 +5,9 @@ Hints can be written to a file and edited.
 
 from __future__ import annotations
 
+import json
 import math
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -54,6 +56,18 @@ class LoadOptions(RobotHints):
     def over(self, hints: LoadOptions) -> LoadOptions:
         """Return these options, those of `hints` where nothing is given."""
         return LoadOptions(**{**hints.model_dump(exclude_defaults=True), **self.given()})
+
+    def keyed(self) -> KeyedOptions:
+        """Return the options as a part of a cache's key."""
+        return KeyedOptions(json.dumps(self.given()), self)
+
+
+@dataclass(frozen=True)
+class KeyedOptions:
+    """Load options as a part of a cache's key: equal where their texts are."""
+
+    text: str
+    options: LoadOptions = field(compare=False)
 
 
 def hints_path(urdf: Path) -> Path:
