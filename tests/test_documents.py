@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import re
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -23,10 +24,15 @@ HAND_WRITTEN = [page for page in PAGES if page.stem not in ("hard_cases", "speed
 every_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 
 
+@cache
+def text_of(page: Path) -> str:
+    return page.read_text(encoding="utf-8")
+
+
 @every_page
 def test_links_lead_somewhere(page: Path) -> None:
     """Files and, behind a #, headings in them."""
-    for target in re.findall(r"\]\(([^)\s]+)\)", page.read_text(encoding="utf-8")):
+    for target in re.findall(r"\]\(([^)\s]+)\)", text_of(page)):
         if "://" not in target:
             path, _, anchor = target.partition("#")
             there = page.parent / path if path else page
@@ -34,14 +40,15 @@ def test_links_lead_somewhere(page: Path) -> None:
             assert not anchor or anchor in anchors(there), target
 
 
+@cache
 def anchors(page: Path) -> set[str]:
     """Return the anchors of the headings of a page, as GitHub makes them."""
-    headings = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    headings = re.findall(r"^#+ (.*)$", text_of(page), re.MULTILINE)
     return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
 def test_the_index_names_every_page() -> None:
-    index = (ROOT / "docs" / "README.md").read_text(encoding="utf-8")
+    index = text_of(ROOT / "docs" / "README.md")
     for page in (ROOT / "docs").glob("*.md"):
         assert page.stem == "README" or f"({page.name})" in index, page.name
 
@@ -52,35 +59,29 @@ def test_paths_exist(page: Path) -> None:
 
     Pages that a command wrote say what was true when it did.
     """
-    for path in re.findall(rf"`((?:{FOLDERS})/[^`\s]*)`", page.read_text(encoding="utf-8")):
+    for path in re.findall(rf"`((?:{FOLDERS})/[^`\s]*)`", text_of(page)):
         if page.stem == "extending" and Path(path).stem == "heun":
             continue  # the method that the page adds
         for one in re.sub(r"<\w+>", "*", path).split(","):
-            assert list(ROOT.glob(one.rstrip("/"))) or one.endswith("_core.pyi"), path
+            assert next(ROOT.glob(one.rstrip("/")), None) or one.endswith("_core.pyi"), path
+
+
+COMMANDS = frozenset(typer.main.get_group(app).commands)
 
 
 @every_page
-def test_public_names_exist(page: Path) -> None:
-    for name in re.findall(r"\bhp\.([A-Za-z_]\w*)", page.read_text(encoding="utf-8")):
+def test_names_and_commands_exist(page: Path) -> None:
+    """`hp.name`; in back quotes `hexapod_pin.room.name`, a module or a name in one; commands."""
+    text = text_of(page)
+    for name in re.findall(r"\bhp\.([A-Za-z_]\w*)", text):
         assert hasattr(hp, name), f"hp.{name}"
-
-
-@every_page
-def test_dotted_names_exist(page: Path) -> None:
-    """`hexapod_pin.room.name`, in back quotes, is a module or a name in one."""
-    for path in re.findall(r"`(hexapod_pin(?:\.\w+)+)", page.read_text(encoding="utf-8")):
+    for path in re.findall(r"`(hexapod_pin(?:\.\w+)+)", text):
         module, _, name = path.rpartition(".")
         try:
             importlib.import_module(path)
         except ModuleNotFoundError:
             assert hasattr(importlib.import_module(module), name), path
-
-
-@every_page
-def test_commands_exist(page: Path) -> None:
-    known = set(typer.main.get_group(app).commands)
-    text = page.read_text(encoding="utf-8")
-    assert set(re.findall(r"`hexapod-pin ([a-z]+)", text)) <= known
+    assert set(re.findall(r"`hexapod-pin ([a-z]+)", text)) <= COMMANDS
 
 
 @pytest.mark.parametrize(
@@ -94,6 +95,6 @@ def test_the_code_of_a_page_runs(
 ) -> None:
     """The blocks of a page belong together: names of one are known in the next."""
     monkeypatch.chdir(tmp_path)
-    text, names = (ROOT / "docs" / page).read_text(encoding="utf-8"), {}
-    for block in re.findall(r"```python\n(.*?)```", text, re.DOTALL):
+    names: dict[str, object] = {}
+    for block in re.findall(r"```python\n(.*?)```", text_of(ROOT / "docs" / page), re.DOTALL):
         exec(compile(block, page, "exec"), names)
