@@ -11,7 +11,7 @@ import time
 import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +24,7 @@ from synthetic import synthetic_trace
 
 import hexapod_pin as hp
 from hexapod_pin.errors import HexapodError, ParameterError, StateError
+from hexapod_pin.simulation.case_data import case_from_dict
 from hexapod_pin.simulation.native_run import samples_before
 from hexapod_pin.spec import read_toml
 
@@ -79,9 +80,10 @@ def texts() -> dict[str, dict[str, Any]]:
     }
 
 
-READERS: dict[str, Callable[[str], Any]] = {
+READERS: dict[str, Callable[[Any], Any]] = {
     "scene": hp.Scene.from_toml, "study": hp.study.SweepStudy.from_toml,
-    **dict.fromkeys(("walk", "feedback", "arc", "hold"), hp.Case.from_toml),
+    "feedback": partial(case_from_dict, hp.Case),  # a checkpoint's text takes long to parse
+    **dict.fromkeys(("walk", "arc", "hold"), hp.Case.from_toml),
 }  # fmt: skip
 
 
@@ -96,17 +98,16 @@ def places(data: Any, path: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
             yield from places(value, (*path, key))
 
 
-def changed(data: dict[str, Any], path: tuple[Any, ...], value: Any) -> str:
-    """Return the text with one value replaced, or taken out."""
-    data = copy.deepcopy(data)
-    table: Any = data
-    for key in path[:-1]:
-        table = table[key]
-    if value is DROPPED:
-        del table[path[-1]]
+def changed(data: Any, path: tuple[Any, ...], value: Any) -> Any:
+    """Return the data with one value replaced, or taken out."""
+    data, (key, *rest) = copy.copy(data), path
+    if rest:
+        data[key] = changed(data[key], tuple(rest), value)
+    elif value is DROPPED:
+        del data[key]
     else:
-        table[path[-1]] = value
-    return tomli_w.dumps(data)
+        data[key] = value
+    return data
 
 
 @pytest.mark.slow
@@ -122,7 +123,8 @@ def test_every_key_with_a_value_of_every_type(name: str) -> None:
             continue
         for value in (*VALUES[number % 2 :: 2], DROPPED):
             try:
-                read(changed(data, path, value))
+                one = changed(data, path, value)
+                read(one if name == "feedback" else tomli_w.dumps(one))
             except ParameterError as error:
                 found.append(error)
                 assert error.name and error.allowed
@@ -152,7 +154,7 @@ def test_every_key_with_a_value_of_every_type(name: str) -> None:
 )
 def test_a_scene_names_what_is_wrong(path: tuple[Any, ...], value: Any, name: str) -> None:
     with refused(ParameterError, name):
-        hp.Scene.from_toml(changed(texts()["scene"], path, value))
+        hp.Scene.from_toml(tomli_w.dumps(changed(texts()["scene"], path, value)))
 
 
 TEXTS = [
@@ -378,9 +380,9 @@ def test_no_viewer_has_such_a_setting(name: str, values: list[Any]) -> None:
         assert caught.value.name.rpartition(".")[2] == name
 
 
-@pytest.mark.parametrize("settings", [
-    {"force_scale": 1e3}, {"force_scale": 1e-9}, {"fps": 1e-3}, {"fps": 1e6},
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "settings", [{"force_scale": 1e3, "fps": 1e-3}, {"force_scale": 1e-9, "fps": 1e6}]
+)
 def test_pages_at_the_ends_of_the_ranges_are_finite(
     tmp_path: Path, settings: dict[str, float]
 ) -> None:
