@@ -18,10 +18,7 @@ from hexapod_pin.ground.contact.contact import PRESETS
 from hexapod_pin.simulation.plant import native_plant
 from hexapod_pin.spec import read_toml
 
-FRICTIONS = {
-    **FRICTION,
-    "stick-slip": hp.contact.StickSlip(mu=0.7, stiffness=2e4, damping=60.0),
-}
+FRICTIONS = {**FRICTION, "stick-slip": hp.contact.StickSlip(mu=0.7, stiffness=2e4, damping=60.0)}
 UP = np.array([0.0, 0.0, 1.0])
 
 

@@ -151,11 +151,7 @@ def test_gains_by_kind_name_and_sequence(kharagpur: hp.Robot) -> None:
     ],
 )
 def test_errors_name_the_joint(
-    kharagpur: hp.Robot,
-    fields: dict[str, Any],
-    name: str,
-    value: Any,
-    allowed: tuple[float, ...],
+    kharagpur: hp.Robot, fields: dict[str, Any], name: str, value: Any, allowed: tuple[float, ...]
 ) -> None:
     """What does not fit the robot is refused where the two meet."""
     servo = hp.Servo(**{"kd": 0.1, **fields})

@@ -42,8 +42,7 @@ def rolled(fall: Fall, **how: object) -> hp.Trace:
 
 @pytest.mark.parametrize("fall", FALLS)
 @pytest.mark.parametrize(
-    ("method", "accuracy", "allowed"),
-    [("extrapolated-euler", 1e-8, 1e-7), ("ndf", 1e-9, 1e-8)],
+    ("method", "accuracy", "allowed"), [("extrapolated-euler", 1e-8, 1e-7), ("ndf", 1e-9, 1e-8)]
 )
 def test_methods_agree_where_a_face_begins_or_ends_to_hold_a_ball_that_is_deep_in_it(
     fall: Fall, method: str, accuracy: float, allowed: float

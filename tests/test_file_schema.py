@@ -191,11 +191,7 @@ def test_a_summary_that_breaks_its_schema_is_refused(
     ],
 )
 def test_a_checkpoint_that_breaks_its_schema_is_refused(
-    changes: dict[str, Any],
-    name: str,
-    value: Any,
-    allowed: tuple[float, ...],
-    trace: hp.Trace,
+    changes: dict[str, Any], name: str, value: Any, allowed: tuple[float, ...], trace: hp.Trace
 ) -> None:
     data = copy.deepcopy(trace.checkpoint.to_dict()) | changes
     with refused(ParameterError, name, value, allowed=allowed):

@@ -163,12 +163,7 @@ def test_kinks_that_differ_by_rounding_are_one_knot(robot: hp.Robot) -> None:
 @pytest.mark.parametrize(
     ("motion", "name", "value", "allowed"),
     [
-        (
-            {"lf_coxa_joint": 3.0},
-            "JointMotion.q[lf_coxa_joint]",
-            3.0,
-            (-1.0472, 1.0472),
-        ),
+        ({"lf_coxa_joint": 3.0}, "JointMotion.q[lf_coxa_joint]", 3.0, (-1.0472, 1.0472)),
         (
             {"lf_coxa_joint": hp.motion.Step(start=0, end=0.01, initial=0, final=0.3)},
             "JointMotion.v[lf_coxa_joint]",
@@ -186,12 +181,7 @@ def test_kinks_that_differ_by_rounding_are_one_knot(robot: hp.Robot) -> None:
             (-1.0472, 1.0472),
         ),
         ({"lf_coxa_joint": "a"}, "JointMotion.motion[lf_coxa_joint]", "a", ()),
-        (
-            {"lf_coxa_joint": float("nan")},
-            "JointMotion.motion[lf_coxa_joint]",
-            float("nan"),
-            (),
-        ),
+        ({"lf_coxa_joint": float("nan")}, "JointMotion.motion[lf_coxa_joint]", float("nan"), ()),
         (
             {"lf_coxa_joint": hp.motion.Sine(amplitude=0.1, period=1e-6)},
             "JointMotion.plan.duration",

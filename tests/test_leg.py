@@ -214,15 +214,7 @@ def test_straight_knee_has_the_known_singular_values(s2_leg: LegKinematics) -> N
 @pytest.mark.parametrize("beyond", [1e-9, 1e-3, 0.2])
 def test_target_beyond_reach_has_its_excess(s2_leg: LegKinematics, beyond: float) -> None:
     target = np.array([0.0, 0.1025 + L1 + L2 + L3 + beyond, 0.0])
-    with refused(
-        ReachError,
-        leg="lm",
-        about=(
-            "0.0206",
-            "0.2181",
-            "lm_femur_joint",
-        ),
-    ) as no:
+    with refused(ReachError, leg="lm", about=("0.0206", "0.2181", "lm_femur_joint")) as no:
         s2_leg.inverse(target)
     assert no.value.leg == "lm"
     assert no.value.excess == pytest.approx(beyond, abs=1e-15)
@@ -256,15 +248,7 @@ def test_foot_on_the_yaw_axis_is_refused(s2_leg: LegKinematics) -> None:
 
 def test_joint_limit_is_named_with_value_and_range(s2_leg: LegKinematics) -> None:
     target = s2_leg.forward([1.3, 0.0, 1.5])
-    with refused(
-        ReachError,
-        leg="lm",
-        about=(
-            "lm_coxa_joint",
-            "1.3000",
-            "1.0472",
-        ),
-    ):
+    with refused(ReachError, leg="lm", about=("lm_coxa_joint", "1.3000", "1.0472")):
         s2_leg.inverse(target)
     free = s2_leg.inverse(target, limits=False)
     np.testing.assert_allclose(free, [1.3, 0.0, 1.5], atol=1e-14)

@@ -161,9 +161,7 @@ def test_angles_go_on_from_a_reference_by_whole_turns(robot: Robot) -> None:
     ],
     ids=["too far", "not finite", "beyond a joint limit", "on the yaw axis"],
 )
-def test_refused_path_has_the_error_of_its_leg(
-    spoil: Callable[[LegGroup, Array], None],
-) -> None:
+def test_refused_path_has_the_error_of_its_leg(spoil: Callable[[LegGroup, Array], None]) -> None:
     legs = leg_group(load_robot("kharagpur"))
     p_BF = paths(legs)[0]
     spoil(legs, p_BF)

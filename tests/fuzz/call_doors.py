@@ -11,21 +11,8 @@ from typing import Any
 import hexapod_pin as hp
 from fuzz import material, sound
 from fuzz.left_out import LONG_NUMBERS, reason_for_sound, walked
-from fuzz.public_names import (
-    COPIES,
-    METHOD,
-    PROPERTY,
-    PublicCall,
-    public_calls,
-    public_classes,
-)
-from fuzz.shown import (
-    FaultFound,
-    described,
-    is_wrong_call,
-    require_finite,
-    require_finite_data,
-)
+from fuzz.public_names import COPIES, METHOD, PROPERTY, PublicCall, public_calls, public_classes
+from fuzz.shown import FaultFound, described, is_wrong_call, require_finite, require_finite_data
 from fuzz.values import odd_other, odd_value
 from fuzz.watched_folder import hazard
 from hexapod_pin.errors import HexapodError

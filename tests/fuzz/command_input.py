@@ -328,10 +328,7 @@ def _odd_input(found: CommandInput, rng: random.Random) -> None:
         return
     found.words[k] = name
     content = sound_files()[before]
-    found.plant(
-        f"cp {before} {shlex.quote(name)}",
-        lambda work: (work / name).write_bytes(content),
-    )
+    found.plant(f"cp {before} {shlex.quote(name)}", lambda work: (work / name).write_bytes(content))
 
 
 _ENDLESS = (
