@@ -45,30 +45,17 @@ def call(
 @pytest.mark.parametrize(
     ("name", "value", "allowed"),
     [
-        ("number", "1", "a float"),
-        ("number", True, "a float"),
-        ("number", float("nan"), "finite"),
-        ("number", float("-inf"), "finite"),
-        ("number", 1j, "a float"),
-        ("count", 1.0, "an int"),
-        ("count", False, "an int"),
-        ("truth", 1, "a bool"),
-        ("text", b"x", "a str"),
-        ("path", b"x", "a path"),
-        ("path", "a\0b", "without a null character"),
-        ("several", "12", "a sequence"),
-        ("several", 3.0, "a sequence"),
-        ("several", {1.0: 2.0}, "a sequence"),
-        ("pair", (1.0,), "2 values"),
-        ("table", [1], "a mapping"),
-        ("array", "12", "numbers"),
-        ("array", [[1.0], [1.0, 2.0]], "all rows of one length"),
-        ("choice", "c", "'a', 'b'"),
-        ("function", 3, "callable"),
-        ("taken", 3, "a sequence"),
-        ("scene", "kharagpur", "a Scene"),
+        ("number", "1", "a float"), ("number", True, "a float"), ("number", float("nan"), "finite"),
+        ("number", float("-inf"), "finite"), ("number", 1j, "a float"), ("count", 1.0, "an int"),
+        ("count", False, "an int"), ("truth", 1, "a bool"), ("text", b"x", "a str"),
+        ("path", b"x", "a path"), ("path", "a\0b", "without a null character"),
+        ("several", "12", "a sequence"), ("several", 3.0, "a sequence"),
+        ("several", {1.0: 2.0}, "a sequence"), ("pair", (1.0,), "2 values"),
+        ("table", [1], "a mapping"), ("array", "12", "numbers"),
+        ("array", [[1.0], [1.0, 2.0]], "all rows of one length"), ("choice", "c", "'a', 'b'"),
+        ("function", 3, "callable"), ("taken", 3, "a sequence"), ("scene", "kharagpur", "a Scene"),
     ],
-)
+)  # fmt: skip
 def test_a_wrong_kind_is_named(name: str, value: object, allowed: str):
     with pytest.raises(ParameterError) as caught:
         call(**{name: value})
@@ -80,13 +67,11 @@ def test_a_wrong_kind_is_named(name: str, value: object, allowed: str):
 @pytest.mark.parametrize(
     ("name", "value", "where"),
     [
-        ("several", [1.0, 2.0, "3"], "call.several[2]"),
-        ("pair", ("x", "y"), "call.pair[0]"),
-        ("table", {"a": [1, 2.5]}, "call.table[a][1]"),
-        ("table", {3: [1]}, "call.table[3]"),
+        ("several", [1.0, 2.0, "3"], "call.several[2]"), ("pair", ("x", "y"), "call.pair[0]"),
+        ("table", {"a": [1, 2.5]}, "call.table[a][1]"), ("table", {3: [1]}, "call.table[3]"),
         ("taken", [1, None], "call.taken[1]"),
     ],
-)
+)  # fmt: skip
 def test_a_wrong_part_is_named_with_its_place(name: str, value: object, where: str):
     with pytest.raises(ParameterError) as caught:
         call(**{name: value})
@@ -96,20 +81,12 @@ def test_a_wrong_part_is_named_with_its_place(name: str, value: object, where: s
 @pytest.mark.parametrize(
     ("name", "value"),
     [
-        ("number", 1),
-        ("number", np.float32(1.0)),
-        ("count", np.int64(2)),
-        ("truth", np.bool_(True)),
-        ("path", Path("x")),
-        ("several", np.array([1.0, 2.0])),
-        ("table", None),
-        ("array", [[1, 2], [3, 4]]),
-        ("array", np.inf),
-        ("function", print),
-        ("taken", iter([1])),
-        ("scene", SCENE),
+        ("number", 1), ("number", np.float32(1.0)), ("count", np.int64(2)),
+        ("truth", np.bool_(True)), ("path", Path("x")), ("several", np.array([1.0, 2.0])),
+        ("table", None), ("array", [[1, 2], [3, 4]]), ("array", np.inf), ("function", print),
+        ("taken", iter([1])), ("scene", SCENE),
     ],
-)
+)  # fmt: skip
 def test_what_will_do_is_passed_on(name: str, value: object):
     assert call(**{name: value}) == (value if name == "number" else 0.0)
 

@@ -147,12 +147,8 @@ def test_feedback_controllers_run_beside_open_loop_ones() -> None:
     cases = [walk(0.02), *live, hp.Case(heavy, Nudge(0.5), duration=0.1)]
     results = hp.simulate_batch(cases, threads=2)
     assert [type(r) for r in results] == [
-        hp.Trace,
-        hp.Trace,
-        hp.Trace,
-        UserCodeError,
-        *[hp.Trace] * 2,
-    ]
+        hp.Trace, hp.Trace, hp.Trace, UserCodeError, *[hp.Trace] * 2,
+    ]  # fmt: skip
     for index in (1, 2, 4, 5):
         case = cases[index]
         alone = hp.simulate(case.scene, case.controller, duration=0.1)

@@ -282,14 +282,9 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
 
 
 SHORT = (
-    "--duration",
-    "0.02",
-    "--rounds",
-    "1",
-    "--quick",
-    "--methods",
+    "--duration", "0.02", "--rounds", "1", "--quick", "--methods",
     "implicit-euler,extrapolated-euler",
-)
+)  # fmt: skip
 
 
 def test_command_prints_tables_and_writes_report_and_figure(run: Callable[..., SimpleNamespace]):

@@ -87,12 +87,10 @@ def test_servo_damping_moves_into_the_joints_only_without_a_torque_limit():
 @pytest.mark.parametrize(
     ("module", "method", "step", "tolerance"),
     [
-        ("mujoco", "RK4 pyramidal", 1e-4, 1e-8),
-        ("mujoco", "implicitfast elliptic", 1e-4, 5e-5),
-        ("pydrake", "SAP", 1e-4, 5e-5),
-        ("pybullet", "torque servo", 1e-4, 5e-5),
+        ("mujoco", "RK4 pyramidal", 1e-4, 1e-8), ("mujoco", "implicitfast elliptic", 1e-4, 5e-5),
+        ("pydrake", "SAP", 1e-4, 5e-5), ("pybullet", "torque servo", 1e-4, 5e-5),
     ],
-)
+)  # fmt: skip
 def test_engines_agree_in_flight(module, method, step, tolerance, limited):
     """Before the contact laws differ there is one answer: gravity, servos, twist, frames.
 
@@ -110,14 +108,11 @@ def test_engines_agree_in_flight(module, method, step, tolerance, limited):
 @pytest.mark.parametrize(
     ("module", "method", "step"),
     [
-        ("mujoco", "implicitfast pyramidal", 1e-3),
-        ("mujoco", "Euler elliptic", 1e-3),
-        ("mujoco", "RK4 elliptic", 2.5e-4),
-        ("pydrake", "lagged", 1e-3),
-        ("pydrake", "TAMSI", 5e-4),
+        ("mujoco", "implicitfast pyramidal", 1e-3), ("mujoco", "Euler elliptic", 1e-3),
+        ("mujoco", "RK4 elliptic", 2.5e-4), ("pydrake", "lagged", 1e-3), ("pydrake", "TAMSI", 5e-4),
         ("pybullet", "torque servo", 5e-4),
     ],
-)
+)  # fmt: skip
 def test_engines_stand_where_we_stand(module, method, step):
     """Dropped by 10 mm, at rest after 0.4 s: a soft foot's depth, 1 mm, is the laws' difference."""
     task = replace(built_in("stand"), duration=0.4)
@@ -149,12 +144,10 @@ def test_cenic_comes_near_its_own_fixed_steps():
         (built_in("hc40-soft"), "depth of a foot at t = 0", 0.006125, 0.0001),
         (
             replace(built_in("hc40-soft"), initial=hp.load_robot("athena").stand()),
-            "radius of L1_foot",
-            0.0,
-            0.0,
+            "radius of L1_foot", 0.0, 0.0,
         ),
     ],
-)
+)  # fmt: skip
 def test_what_engines_cannot_be_compared_on_is_refused(task, name, value, allowed):
     with refused(ParameterError, name, value, allowed=(allowed,)):
         Problem.of(task)

@@ -76,11 +76,9 @@ def test_kharagpur_geometry() -> None:
 def test_athena_is_the_assumed_set() -> None:
     """The printed inertias of the assumed set, and its standing height."""
     printed = {
-        "base_link": (0.02535, 0.06375, 0.08160),
-        "lf_coxa": (9.375e-5, 1.144e-4, 1.144e-4),
-        "lf_femur": (7.55e-5, 3.333e-4, 3.422e-4),
-        "lf_tibia": (1.69e-5, 5.084e-4, 5.084e-4),
-    }
+        "base_link": (0.02535, 0.06375, 0.08160), "lf_coxa": (9.375e-5, 1.144e-4, 1.144e-4),
+        "lf_femur": (7.55e-5, 3.333e-4, 3.422e-4), "lf_tibia": (1.69e-5, 5.084e-4, 5.084e-4),
+    }  # fmt: skip
     written = links(ATHENA)
     for name, moments in printed.items():
         # Printed with three to four digits.
@@ -127,14 +125,12 @@ def test_hexapod_of_your_own(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "name", "value", "allowed"),
     [
-        ({"mass": 0.0}, "mass", 0.0, 0.0),
-        ({"length": -0.1}, "length", -0.1, 0.0),
+        ({"mass": 0.0}, "mass", 0.0, 0.0), ({"length": -0.1}, "length", -0.1, 0.0),
         ({"inertia": (1.0, 0.0, 1.0)}, "inertia[1]", 0.0, 0.0),
-        ({"lower": 2.0, "upper": 1.0}, "lower", 2.0, 1.0),
-        ({"effort": -1.0}, "effort", -1.0, 0.0),
+        ({"lower": 2.0, "upper": 1.0}, "lower", 2.0, 1.0), ({"effort": -1.0}, "effort", -1.0, 0.0),
         ({"velocity": 0.0}, "velocity", 0.0, 0.0),
     ],
-)
+)  # fmt: skip
 def test_impossible_segments_are_refused(
     change: dict[str, object], name: str, value: float, allowed: float
 ) -> None:

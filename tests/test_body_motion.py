@@ -214,11 +214,9 @@ def test_constant_offsets_beyond_reach_say_how_far_they_can_go(offsets: dict[str
 # --- velocity commands --------------------------------------------------------------------------
 
 STEPS = hp.motion.VelocityCommand(
-    time=(0.0, 4.0, 5.0, 8.0),
-    forward=(0.05, 0.03, -0.02, 0.0),
-    lateral=(0.0, 0.02, 0.0, 0.0),
+    time=(0.0, 4.0, 5.0, 8.0), forward=(0.05, 0.03, -0.02, 0.0), lateral=(0.0, 0.02, 0.0, 0.0),
     turn_rate=(0.0, 0.1, -0.1, 0.0),
-)
+)  # fmt: skip
 
 
 def test_a_constant_command_is_the_gait_itself() -> None:

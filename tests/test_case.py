@@ -25,11 +25,9 @@ GAIT = hp.Gait.tripod(stroke=0.05 + 1e-17, cycle_time=0.8, turn_rate=math.pi / 7
 def walk(**settings: Any) -> hp.Case:
     """A short walk whose numbers have no short decimals."""
     scene = hp.Scene(
-        ROBOT,
-        servo=hp.Servo(kp=20.0 / 3.0, kd=0.1 + 0.2),
-        gravity=(1e-300, -0.0, -9.80665),
+        ROBOT, servo=hp.Servo(kp=20.0 / 3.0, kd=0.1 + 0.2), gravity=(1e-300, -0.0, -9.80665),
         contact=hp.Contact.s2(),
-    )
+    )  # fmt: skip
     return hp.Case(scene, hp.KinematicControl(GAIT, stop_at=8.0 / 3.0), **settings)
 
 
@@ -133,14 +131,11 @@ def test_a_digest_is_of_the_meaning() -> None:
         replace(plain, scene=replace(plain.scene, robot=hp.load_robot(urdf_path("kharagpur")))),
     ]
     others = [
-        walk(duration=2.001, sample=1e-3),
-        walk(duration=2, accuracy=math.nextafter(1e-4, 1.0)),
-        walk(duration=2, method="robust"),
-        walk(duration=2, initial=ROBOT.stand()),
-        replace(plain, controller=hp.HoldPosture()),
-        replace(plain, scene=hp.Scene(ROBOT)),
+        walk(duration=2.001, sample=1e-3), walk(duration=2, accuracy=math.nextafter(1e-4, 1.0)),
+        walk(duration=2, method="robust"), walk(duration=2, initial=ROBOT.stand()),
+        replace(plain, controller=hp.HoldPosture()), replace(plain, scene=hp.Scene(ROBOT)),
         replace(plain, scene=replace(plain.scene, robot=hp.load_robot("athena"))),
-    ]
+    ]  # fmt: skip
     for case in same:
         assert case.digest == plain.digest
     assert len({case.digest for case in (plain, *others)}) == 1 + len(others)

@@ -61,13 +61,10 @@ BAD_ROWS = [
     ('A,12,"1,5",6,0.05', "stall_torque_Nm", "1,5", ("decimal",)),
     ("A,12,nan,6,0.05", "stall_torque_Nm", "nan", ("finite",)),
     ("A,12,1.5,inf,0.05", "no_load_speed_rad_s", "inf", ("finite",)),
-    ("A,12,1.5,6,1e999", "mass_kg", "1e999", ("finite",)),
-    ("A,,1.5,6,0.05", "voltage_V", "", ()),
-    ("A,12,,6,0.05", "stall_torque_Nm", "", ()),
-    (",12,1.5,6,0.05", "model", "", ()),
-    ("A,12,1.5,6", "", "4 cells", ("5",)),
-    ("A,12,1.5,6,0.05,7", "", "6 cells", ("5",)),
-]
+    ("A,12,1.5,6,1e999", "mass_kg", "1e999", ("finite",)), ("A,,1.5,6,0.05", "voltage_V", "", ()),
+    ("A,12,,6,0.05", "stall_torque_Nm", "", ()), (",12,1.5,6,0.05", "model", "", ()),
+    ("A,12,1.5,6", "", "4 cells", ("5",)), ("A,12,1.5,6,0.05,7", "", "6 cells", ("5",)),
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("row", "column", "value", "about"), BAD_ROWS, ids=str)
@@ -86,12 +83,10 @@ MORE = "voltage_min_V,voltage_max_V,rated_torque_mNm,armature_kgm2,armature_sour
 BAD_TOGETHER = [
     ("9,11,,,,,", "voltage_V", 12.0, ("voltage_min", "9", "voltage_max", "11")),
     ("13,,,,,,", "voltage_V", 12.0, ("voltage_min", "13")),
-    (",,1600,,,,", "rated_torque_mNm", 1600.0, ("1.5",)),
-    (",,,0.01,,,", "armature_source", "", ()),
-    (",,,-0.01,me,,", "armature_kgm2", -0.01, ("0",)),
-    (",,,,,10,", "currency", "", ()),
+    (",,1600,,,,", "rated_torque_mNm", 1600.0, ("1.5",)), (",,,0.01,,,", "armature_source", "", ()),
+    (",,,-0.01,me,,", "armature_kgm2", -0.01, ("0",)), (",,,,,10,", "currency", "", ()),
     (",,,,,-10,EUR", "price", -10.0, ("0",)),
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("cells", "column", "value", "about"), BAD_TOGETHER, ids=str)
@@ -165,14 +160,12 @@ def test_two_units_must_agree(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("data", "line", "value", "about"),
     [
-        (b"", 1, "", ()),
-        (b"\n\n", 1, "", ()),
-        (HEADER.encode(), 1, "no rows", ()),
+        (b"", 1, "", ()), (b"\n\n", 1, "", ()), (HEADER.encode(), 1, "no rows", ()),
         (b"\x89PNG\r\n\x1a\n\x00\x00", 0, "byte 0", ("UTF-8",)),
         (b"model\x00,voltage_V", 0, "NUL bytes", ()),
         (HEADER.encode() + b'\n"A,12', 2, ANY, ("comma-separated",)),
     ],
-)
+)  # fmt: skip
 def test_file_that_is_none(
     tmp_path: Path, data: bytes, line: int, value: object, about: tuple[str, ...]
 ) -> None:

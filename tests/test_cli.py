@@ -145,17 +145,8 @@ def test_stroke_that_does_not_fit_is_replaced_in_the_open(run: Run):
 def test_options_reach_the_scene(run: Run):
     """--mu, --kp, --contact, --foot-radius, --method and --step end up in the trace's own text."""
     options = (
-        "--contact",
-        "s2",
-        "--mu",
-        "0.6",
-        "--kp",
-        "21",
-        "--kd",
-        "0.5",
-        "--foot-radius",
-        "0.01",
-    )
+        "--contact", "s2", "--mu", "0.6", "--kp", "21", "--kd", "0.5", "--foot-radius", "0.01",
+    )  # fmt: skip
     method = ("--method", "rk4", "--step", "2e-5", "--duration", "0.02", "--no-html")
     assert run(*WALK, *options, *method).status == 0
     trace = hp.load_trace("walk.nc")

@@ -97,11 +97,9 @@ class TooFar:
 def found() -> hp.study.Comparison:
     """Two walks and one that is refused, on two scenes."""
     return hp.compare(
-        {"flat": SCENE, "bumps": BUMPS},
-        {"plain": PLAIN, "fast": FAST, "far": TooFar()},
-        duration=DURATION,
-        threads=2,
-    )
+        {"flat": SCENE, "bumps": BUMPS}, {"plain": PLAIN, "fast": FAST, "far": TooFar()},
+        duration=DURATION, threads=2,
+    )  # fmt: skip
 
 
 def test_numbers_are_those_of_single_runs(found: hp.study.Comparison) -> None:
@@ -156,13 +154,11 @@ def test_a_bare_scene_or_a_list_will_do() -> None:
 @pytest.mark.parametrize(
     ("scenes", "controllers", "name", "value"),
     [
-        ({}, {"plain": PLAIN}, "scenes", {}),
-        ({"a": []}, {"plain": PLAIN}, "scenes", {"a": []}),
-        ({"a": [3]}, {"plain": PLAIN}, "compare.scenes[a][0]", 3),
-        (SCENE, {}, "controllers", {}),
+        ({}, {"plain": PLAIN}, "scenes", {}), ({"a": []}, {"plain": PLAIN}, "scenes", {"a": []}),
+        ({"a": [3]}, {"plain": PLAIN}, "compare.scenes[a][0]", 3), (SCENE, {}, "controllers", {}),
         (SCENE, PLAIN, "compare.controllers", PLAIN),
     ],
-)
+)  # fmt: skip
 def test_nothing_to_compare_is_refused(
     scenes: Any, controllers: Any, name: str, value: Any
 ) -> None:
@@ -173,12 +169,9 @@ def test_nothing_to_compare_is_refused(
 def test_ctrl_c_keeps_what_was_done() -> None:
     with pytest.raises(StudyInterrupted) as caught:
         hp.compare(
-            {"bumps": BUMPS},
-            {"plain": PLAIN, "fast": FAST},
-            duration=DURATION,
-            threads=1,
+            {"bumps": BUMPS}, {"plain": PLAIN, "fast": FAST}, duration=DURATION, threads=1,
             progress=lambda _: signal.raise_signal(signal.SIGINT),
-        )
+        )  # fmt: skip
     partial = caught.value.result
     assert not partial.finished and len(partial.runs) == 6
     outcomes = [run.outcome for run in partial.runs]

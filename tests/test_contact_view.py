@@ -126,8 +126,7 @@ def test_without_matplotlib_the_numbers_are_still_printed(
 
 
 REFUSALS = {
-    "nothing requested": ((), "LAW"),
-    "unknown law": (("glue",), "glue"),
+    "nothing requested": ((), "LAW"), "unknown law": (("glue",), "glue"),
     "unknown parameter": (("tanh-coulomb", "kt=3"), "kt"),
     "no number": (("kelvin-voigt", "stiffness=stiff"), "stiffness"),
     "no number for mu": (("stick-slip", "mu=much"), "mu"),
@@ -138,9 +137,8 @@ REFUSALS = {
     "preset with parameters": (("s1", "mu=0.3"), "s1"),
     "unknown ending": (("s1", "--out", "law.txt"), "law.txt"),
     "missing folder": (("s1", "--out", "gone/law.png"), "--out"),
-    "no mass": (("s1", "--mass", "0"), "mass"),
-    "no speed": (("s1", "--speed", "nan"), "speed"),
-}
+    "no mass": (("s1", "--mass", "0"), "mass"), "no speed": (("s1", "--speed", "nan"), "speed"),
+}  # fmt: skip
 
 
 @pytest.mark.parametrize(("options", "culprit"), REFUSALS.values(), ids=REFUSALS.keys())

@@ -24,13 +24,11 @@ from hexapod_pin.robot.robot import Robot, load_robot
 MakeGait = Callable[..., Gait]
 
 MAKERS: dict[str, MakeGait] = {
-    "tripod": Gait.tripod,
-    "ripple": Gait.ripple,
-    "tetrapod": Gait.tetrapod,
+    "tripod": Gait.tripod, "ripple": Gait.ripple, "tetrapod": Gait.tetrapod,
     "wave 2/3": lambda **fields: Gait.wave(2 / 3, **fields),
     "wave 3/4": lambda **fields: Gait.wave(3 / 4, **fields),
     "wave 5/6": lambda **fields: Gait.wave(5 / 6, **fields),
-}
+}  # fmt: skip
 
 
 @pytest.fixture(scope="module", params=["kharagpur", "athena"])

@@ -63,15 +63,11 @@ def test_a_terminal_is_given_no_control_characters(
 @pytest.mark.parametrize(
     "options",
     [
-        ("\x1b[31m\u202e",),
-        ("--\x1b[31m\u202e",),
-        ("walk", "a", "b\x1b[31m\u202e"),
-        ("walk", "--\x9b\u202e"),
-        ("walk", "\x1b]0;title\x07\u202e"),
-        ("walk", "kharagpur", "--gait", "\x1b[31m\u202e"),
-        ("verify", "--only", "\x1b[31m\u202e"),
+        ("\x1b[31m\u202e",), ("--\x1b[31m\u202e",), ("walk", "a", "b\x1b[31m\u202e"),
+        ("walk", "--\x9b\u202e"), ("walk", "\x1b]0;title\x07\u202e"),
+        ("walk", "kharagpur", "--gait", "\x1b[31m\u202e"), ("verify", "--only", "\x1b[31m\u202e"),
     ],
-)
+)  # fmt: skip
 def test_arguments_are_quoted_visibly(options: tuple[str, ...], run: Run) -> None:
     """In the error of a command line that cannot be understood, and of a wrong value."""
     found = run(*options)
@@ -141,13 +137,11 @@ def _fault(exception: pytest.ExceptionInfo[CatalogError]) -> tuple[int, str, obj
     ("row", "column", "value"),
     [
         ("A\x1b]0;title\x07,maker,x", "model", "A\x1b]0;title\x07"),
-        ("A\u202e,maker,x", "model", "A\u202e"),
-        ('"A\nB",maker,x', "model", "A\nB"),
-        ("A\tB,maker,x", "model", "A\tB"),
-        ("A,\x9b31mROBOTIS,x", "maker", "\x9b31mROBOTIS"),
+        ("A\u202e,maker,x", "model", "A\u202e"), ('"A\nB",maker,x', "model", "A\nB"),
+        ("A\tB,maker,x", "model", "A\tB"), ("A,\x9b31mROBOTIS,x", "maker", "\x9b31mROBOTIS"),
         ('A,maker,"page\x7f 2"', "note", "page\x7f 2"),
     ],
-)
+)  # fmt: skip
 def test_a_catalogue_with_control_characters_is_refused(
     row: str, column: str, value: str, tmp_path: Path
 ) -> None:

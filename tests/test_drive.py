@@ -47,10 +47,8 @@ def torque_by_hand(angle: float, rate: float, demand: float) -> float:
 
 
 ANGLES, RATES, DEMANDS = (
-    (-1.02, 0.3, 1.04),
-    (-7.0, -4.1, -0.2, 0.3, 2.0, 6.5),
-    (-3.0, -0.5, 0.9, 3.0),
-)
+    (-1.02, 0.3, 1.04), (-7.0, -4.1, -0.2, 0.3, 2.0, 6.5), (-3.0, -0.5, 0.9, 3.0),
+)  # fmt: skip
 STATES = list(itertools.product(ANGLES, RATES, DEMANDS))
 
 

@@ -14,13 +14,10 @@ INERTIA = 2e-3  # of the light link about its joint, kg m^2
 JOINT = "c_joint"
 WEIGHTLESS = (0.0, 0.0, 0.0)
 SETTINGS: dict[str, dict[str, Any]] = {
-    "extrapolated-euler": {"accuracy": 1e-6},
-    "ndf": {"accuracy": 1e-7},
-    "dop853": {"accuracy": 1e-9},
-    "robust": {"step": 1e-3},
-    "implicit-euler": {"step": 1e-3},
+    "extrapolated-euler": {"accuracy": 1e-6}, "ndf": {"accuracy": 1e-7},
+    "dop853": {"accuracy": 1e-9}, "robust": {"step": 1e-3}, "implicit-euler": {"step": 1e-3},
     "rk4": {"step": 1e-3},
-}
+}  # fmt: skip
 
 
 def run(

@@ -13,12 +13,9 @@ from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.session import lock_step_runs
 
 NOISY = hp.sensors.Sensors(
-    q=hp.sensors.Sensor(noise=1e-4),
-    foot_force=hp.sensors.Sensor(noise=0.1),
-    rotation=hp.sensors.Sensor(noise=1e-3),
-    delay=0.0042,
-    seed=3,
-)
+    q=hp.sensors.Sensor(noise=1e-4), foot_force=hp.sensors.Sensor(noise=0.1),
+    rotation=hp.sensors.Sensor(noise=1e-3), delay=0.0042, seed=3,
+)  # fmt: skip
 SAMPLE = {"sample": 0.0025}
 BUMPS = hp.HeightField.random(2, amplitude=0.006, wavelength=0.15, size=3.0, flat_radius=0.1)
 
@@ -28,11 +25,9 @@ def full(walk=None, **settings) -> hp.FootControl:
     parts = {
         "slip": hp.foot_control.SlipPid(bandwidth=4.0),
         "suspension": hp.foot_control.VirtualSuspension(),
-        "touch_down": hp.foot_control.TouchDown(),
-        "levelling": hp.foot_control.Levelling(),
-        "sensors": NOISY,
-        "delay": 0.002,
-    }
+        "touch_down": hp.foot_control.TouchDown(), "levelling": hp.foot_control.Levelling(),
+        "sensors": NOISY, "delay": 0.002,
+    }  # fmt: skip
     return hp.FootControl(hp.Gait.tripod(lift=0.03) if walk is None else walk, **parts | settings)
 
 

@@ -34,13 +34,10 @@ FAULTS = [
 def full(**parts: Any) -> hp.FootControl:
     """Return a controller with all parts."""
     return hp.FootControl(
-        TRIPOD,
-        slip=hp.foot_control.SlipPid(bandwidth=4.0),
-        suspension=hp.foot_control.VirtualSuspension(),
-        touch_down=hp.foot_control.TouchDown(),
-        levelling=hp.foot_control.Levelling(),
-        **parts,
-    )
+        TRIPOD, slip=hp.foot_control.SlipPid(bandwidth=4.0),
+        suspension=hp.foot_control.VirtualSuspension(), touch_down=hp.foot_control.TouchDown(),
+        levelling=hp.foot_control.Levelling(), **parts,
+    )  # fmt: skip
 
 
 # readings -------------------------------------------------------------------------------------
@@ -222,20 +219,13 @@ def test_a_command_that_leads_out_of_reach_ends_in_a_reach_error():
 @pytest.mark.parametrize(
     ("field", "value", "about"),
     [
-        ("period", 0.0, ()),
-        ("period", np.nan, ()),
-        ("period", "5 ms", ()),
-        ("delay", None, ()),
-        ("delay", -0.1, ()),
-        ("load_time", 0.0, ()),
-        ("slip", 3, ("SlipPid", "None")),
+        ("period", 0.0, ()), ("period", np.nan, ()), ("period", "5 ms", ()), ("delay", None, ()),
+        ("delay", -0.1, ()), ("load_time", 0.0, ()), ("slip", 3, ("SlipPid", "None")),
         ("suspension", hp.foot_control.SlipPid(), ("VirtualSuspension", "None")),
-        ("force", None, ()),
-        ("sensors", "good", ()),
-        ("touch_down", True, ("TouchDown", "None")),
+        ("force", None, ()), ("sensors", "good", ()), ("touch_down", True, ("TouchDown", "None")),
         ("levelling", 0.3, ("Levelling", "None")),
     ],
-)
+)  # fmt: skip
 def test_settings_of_the_wrong_kind_are_named(field, value, about):
     with refused(hp.errors.ParameterError, f"FootControl.{field}", value, about=about):
         hp.FootControl(TRIPOD, **{field: value})
@@ -248,39 +238,29 @@ def test_settings_of_the_wrong_kind_are_named(field, value, about):
         (lambda: hp.FootControl("tripod"), "FootControl.walk", "str", ()),
         (lambda: hp.FootControl(full()), "FootControl.walk", "FootControl", ()),
         (
-            lambda: hp.foot_control.SlipPid(signal="both"),
-            "SlipPid.signal",
-            "both",
+            lambda: hp.foot_control.SlipPid(signal="both"), "SlipPid.signal", "both",
             ("'force'", "'slip'"),
         ),
         (lambda: hp.foot_control.SlipPid(gain=2.0), "SlipPid.gain", 2.0, ()),
         (lambda: hp.foot_control.TouchDown(earliest=2.0), "TouchDown.earliest", 2.0, ("1",)),
         (
-            lambda: hp.foot_control.Levelling(limit=2.0),
-            "Levelling.limit",
-            2.0,
+            lambda: hp.foot_control.Levelling(limit=2.0), "Levelling.limit", 2.0,
             ("0.7853981633974483",),
         ),
         (
-            lambda: hp.foot_control.VirtualSuspension(load=-1.0),
-            "VirtualSuspension.load",
-            -1.0,
+            lambda: hp.foot_control.VirtualSuspension(load=-1.0), "VirtualSuspension.load", -1.0,
             ('"split"', "0"),
         ),
         (
-            lambda: hp.foot_control.VirtualSuspension(load="even"),
-            "VirtualSuspension.load",
-            "even",
-            ("'split'",),
+            lambda: hp.foot_control.VirtualSuspension(load="even"), "VirtualSuspension.load",
+            "even", ("'split'",),
         ),
         (
-            lambda: hp.foot_control.FootForceSensing(source="eye"),
-            "FootForceSensing.source",
-            "eye",
-            ("'foot'",),
+            lambda: hp.foot_control.FootForceSensing(source="eye"), "FootForceSensing.source",
+            "eye", ("'foot'",),
         ),
     ],
-)
+)  # fmt: skip
 def test_parameters_out_of_range_are_named(make, name, value, about):
     with refused(hp.errors.ParameterError, name, value, about=about):
         make()
@@ -289,17 +269,15 @@ def test_parameters_out_of_range_are_named(make, name, value, about):
 @pytest.mark.parametrize(
     ("change", "name", "value"),
     [
-        ({"slips": 1}, "controller.slips", 1),
-        ({"slip": 3}, "controller.slip", 3),
+        ({"slips": 1}, "controller.slips", 1), ({"slip": 3}, "controller.slip", 3),
         ({"gait": RIPPLE}, "controller.gait", RIPPLE),
-        ({"slip": {"gain": 1.0}}, "SlipPid.gain", 1.0),
-        ({"walk": None}, "controller.kind", None),
+        ({"slip": {"gain": 1.0}}, "SlipPid.gain", 1.0), ({"walk": None}, "controller.kind", None),
         ({"period": "x"}, "FootControl.period", "x"),
         ({"slip": {"kind": "virtual-suspension"}}, "SlipPid.kind", "virtual-suspension"),
         ({"walk": {"kind": "hold"}}, "FootControl.walk", "HoldPosture"),
         ({"sensors": {"q": {"noise": -1.0}}}, "Sensors.q.noise", -1.0),
     ],
-)
+)  # fmt: skip
 def test_mistakes_in_a_text_are_named(change, name, value):
     assert isinstance(read_controller(full().to_dict()), hp.FootControl)
     with refused(hp.errors.ParameterError, name, value):

@@ -35,21 +35,15 @@ def roll_and_pitch(trace: hp.Trace) -> np.ndarray:
     ("name", "contact", "walk", "slip", "most"),
     [
         (
-            "athena",
-            hp.Contact.s1(),
-            hp.KinematicControl(hp.Gait.tripod()),
-            hp.foot_control.SlipPid(),
-            0.5,
+            "athena", hp.Contact.s1(), hp.KinematicControl(hp.Gait.tripod()),
+            hp.foot_control.SlipPid(), 0.5,
         ),
         (
-            "kharagpur",
-            hp.Contact.s2(),
-            ArcWalk(hp.Gait.tetrapod(cycle_time=2.0)),
-            hp.foot_control.SlipPid(signal="slip", bandwidth=2.0),
-            0.6,
+            "kharagpur", hp.Contact.s2(), ArcWalk(hp.Gait.tetrapod(cycle_time=2.0)),
+            hp.foot_control.SlipPid(signal="slip", bandwidth=2.0), 0.6,
         ),
     ],
-)
+)  # fmt: skip
 def test_slip_correction_shortens_the_slip_path(name, contact, walk, slip, most):
     """Of whole cycles: by more than half, and by more than 40 % where coxae alone move feet."""
     scene, paths = hp.Scene(robot(name), contact=contact), []

@@ -17,16 +17,12 @@ NEUTRAL = np.array([(x, y, -0.09879) for y in (0.30534, -0.30534) for x in (0.2,
 
 STRAIGHT = Gait.tetrapod()
 GAITS = {
-    "tripod": Gait.tripod(),
-    "tetrapod": STRAIGHT,
-    "ripple": Gait.ripple(),
-    "wave 2/3": Gait.wave(2 / 3),
-    "wave 3/4": Gait.wave(3 / 4),
-    "wave 5/6": Gait.wave(5 / 6),
+    "tripod": Gait.tripod(), "tetrapod": STRAIGHT, "ripple": Gait.ripple(),
+    "wave 2/3": Gait.wave(2 / 3), "wave 3/4": Gait.wave(3 / 4), "wave 5/6": Gait.wave(5 / 6),
     "sideways": Gait.tetrapod(heading=1.1),
     "turning": Gait.ripple(stroke=0.1, turn_rate=0.15, heading=-0.4),
     "on the spot": Gait.wave(3 / 4, stroke=0.0, turn_rate=-0.2),
-}
+}  # fmt: skip
 every_gait = pytest.mark.parametrize("gait", GAITS.values(), ids=GAITS.keys())
 
 

@@ -243,14 +243,10 @@ def test_runs_do_not_depend_on_the_pass(method: str) -> None:
     def final(**how: bool) -> np.ndarray:
         with with_dynamics(**how):
             trace = hp.simulate(
-                hp.Scene(robot),
-                hp.HoldPosture(robot.posture + np.tile([0.2, -0.1, 0.15], 6)),
-                duration=0.1,
-                sample=0.1,
-                method=method,
-                initial=robot.check_state(q, start.v),
+                hp.Scene(robot), hp.HoldPosture(robot.posture + np.tile([0.2, -0.1, 0.15], 6)),
+                duration=0.1, sample=0.1, method=method, initial=robot.check_state(q, start.v),
                 **settings,
-            )
+            )  # fmt: skip
         return trace.q[-1]
 
     expected = final(fused=False)

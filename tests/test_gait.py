@@ -100,16 +100,10 @@ def test_wave_below_one_half_is_refused() -> None:
 @pytest.mark.parametrize(
     ("name", "value"),
     [
-        ("stroke", -0.1),
-        ("stroke", np.nan),
-        ("cycle_time", 0.0),
-        ("cycle_time", np.inf),
-        ("lift", -0.01),
-        ("heading", np.nan),
-        ("turn_rate", np.inf),
-        ("height", 0.1),
+        ("stroke", -0.1), ("stroke", np.nan), ("cycle_time", 0.0), ("cycle_time", np.inf),
+        ("lift", -0.01), ("heading", np.nan), ("turn_rate", np.inf), ("height", 0.1),
     ],
-)
+)  # fmt: skip
 def test_a_bad_parameter_is_named(name: str, value: float) -> None:
     with refused(ParameterError, f"Gait.{name}", value):
         Gait.tripod(**{name: value})

@@ -135,11 +135,9 @@ def test_run_takes_names_and_tells_progress() -> None:
 def test_table_and_summary() -> None:
     results = [
         CaseResult("HC38b", "a|b", "closed form", 1e-16, 1e-15, "m", seconds=1.0),
-        CaseResult("HC34", "b", "refused", 1.0, 0.0, seconds=2.0),
-        result(1.0, "order 1"),
-        result(0.0, "order 1"),
-        CaseResult.not_run("HC0", "x", "m", "rigid"),
-    ]
+        CaseResult("HC34", "b", "refused", 1.0, 0.0, seconds=2.0), result(1.0, "order 1"),
+        result(0.0, "order 1"), CaseResult.not_run("HC0", "x", "m", "rigid"),
+    ]  # fmt: skip
     table = result_table(results)
     assert table.head == RESULT_HEAD
     assert table.rows[0][:7] == ("HC38b", "a|b", "closed form", "1.0e-16", "1.0e-15", "m", "pass")

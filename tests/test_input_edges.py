@@ -136,22 +136,16 @@ def test_every_key_with_a_value_of_every_type(name: str) -> None:
 @pytest.mark.parametrize(
     ("path", "value", "name"),
     [
-        (("gravity",), 3, "scene.gravity"),
-        (("gravity",), [0.0, "x", 0.0], "scene.gravity[1]"),
-        (("robot",), "kharagpur", "scene.robot"),
-        (("robot", "feet"), [[1.0]], "robot.feet[0]"),
+        (("gravity",), 3, "scene.gravity"), (("gravity",), [0.0, "x", 0.0], "scene.gravity[1]"),
+        (("robot",), "kharagpur", "scene.robot"), (("robot", "feet"), [[1.0]], "robot.feet[0]"),
         (("robot", "options"), {"repair": datetime.date(2020, 1, 1)}, "LoadOptions.repair"),
-        (("terrain",), [], "scene.terrain"),
-        (("terrain", "kind"), [], "terrain.kind"),
-        (("loads",), {}, "scene.loads"),
-        (("loads", 0, "kind"), {}, "loads[0].kind"),
-        (("contact",), True, "scene.contact"),
-        (("body_contact",), "yes", "scene.body_contact"),
-        (("schema",), 2, "scene.schema"),
-        (("gravitation",), [0.0, 0.0, 0.0], "scene.gravitation"),
+        (("terrain",), [], "scene.terrain"), (("terrain", "kind"), [], "terrain.kind"),
+        (("loads",), {}, "scene.loads"), (("loads", 0, "kind"), {}, "loads[0].kind"),
+        (("contact",), True, "scene.contact"), (("body_contact",), "yes", "scene.body_contact"),
+        (("schema",), 2, "scene.schema"), (("gravitation",), [0.0, 0.0, 0.0], "scene.gravitation"),
         (("servo",), DROPPED, "scene.servo"),
     ],
-)
+)  # fmt: skip
 def test_a_scene_names_what_is_wrong(path: tuple[Any, ...], value: Any, name: str) -> None:
     with refused(ParameterError, name):
         hp.Scene.from_toml(tomli_w.dumps(changed(texts()["scene"], path, value)))

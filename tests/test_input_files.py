@@ -34,8 +34,7 @@ Run = Callable[..., SimpleNamespace]
 pytestmark = pytest.mark.timeout(60)
 
 READERS = {
-    "robot": (hp.load_robot, ".urdf", UrdfError),
-    "xacro": (hp.load_robot, ".xacro", UrdfError),
+    "robot": (hp.load_robot, ".urdf", UrdfError), "xacro": (hp.load_robot, ".xacro", UrdfError),
     "case": (hp.load_case, ".toml", ParameterError),
     "study": (hp.load_sweep, ".toml", ParameterError),
     "motor study": (load_motor_study, ".toml", ParameterError),
@@ -48,9 +47,8 @@ READERS = {
     "store": (hp.study.open_sweep, ".db", SweepStoreError),
     "heights": (lambda path: hp.HeightField.from_csv(path, 0.1), ".csv", ParameterError),
     "image": (lambda path: hp.HeightField.from_image(path, 0.1, 0.1), ".png", ParameterError),
-    "mesh": (read_mesh, ".stl", MeshError),
-    "mesh of trimesh": (read_mesh, ".ply", MeshError),
-}
+    "mesh": (read_mesh, ".stl", MeshError), "mesh of trimesh": (read_mesh, ".ply", MeshError),
+}  # fmt: skip
 
 FIELDS = {
     UrdfError: "source", ParameterError: "value", CatalogError: "source", SweepStoreError: "path",
@@ -126,15 +124,12 @@ def test_a_mesh_names_no_file_outside_its_folder(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "in" / "pipe.bin")
     for uri in ("/dev/zero", "../secret.bin", "pipe.bin"):
         data = {
-            "asset": {"version": "2.0"},
-            "buffers": [{"uri": uri, "byteLength": 36}],
+            "asset": {"version": "2.0"}, "buffers": [{"uri": uri, "byteLength": 36}],
             "bufferViews": [{"buffer": 0, "byteLength": 36}],
             "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
-            "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
-            "nodes": [{"mesh": 0}],
-            "scenes": [{"nodes": [0]}],
-            "scene": 0,
-        }
+            "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}], "nodes": [{"mesh": 0}],
+            "scenes": [{"nodes": [0]}], "scene": 0,
+        }  # fmt: skip
         (tmp_path / "in" / "a.gltf").write_text(json.dumps(data))
         with pytest.raises(hp.errors.MeshError):
             read_mesh(tmp_path / "in" / "a.gltf")

@@ -31,19 +31,17 @@ LIFT = hp.motion.Sum(
     )
 )
 MOTION: dict[str, Any] = {
-    "lf_coxa_joint": hp.motion.Sine(amplitude=0.3, period=2.4, phase=0.4),
-    "lf_femur_joint": LIFT,
+    "lf_coxa_joint": hp.motion.Sine(amplitude=0.3, period=2.4, phase=0.4), "lf_femur_joint": LIFT,
     "rm_coxa_joint": hp.motion.Waypoints(time=(0.31, 1.0, 1.43), value=(0.0, 0.1, 0.05)),
     "rm_femur_joint": hp.motion.Havsin(start=0.4, end=1.7, initial=0.0, final=0.1),
     "rr_coxa_joint": hp.motion.Periodic(
         function=hp.motion.Hermite(
-            time=(0.0, 0.5, 0.9), value=(0.2, -0.2, 0.2), rate=(-0.8, -0.8, -0.8)
+            time=(0.0, 0.5, 0.9), value=(0.2, -0.2, 0.2), rate=(-0.8, -0.8, -0.8),
         ),
-        period=0.9,
-        start=0.3,
+        period=0.9, start=0.3,
     ),
     "rr_femur_joint": 0.04,
-}
+}  # fmt: skip
 """Joints of kharagpur that move in every way there is."""
 
 

@@ -16,12 +16,10 @@ from hexapod_pin.errors import DivergenceError, ParameterError, StudyInterrupted
 from hexapod_pin.study.runs.runner import Rows, Runner
 
 GAITS = {
-    "tripod": hp.Gait.tripod,
-    "ripple": hp.Gait.ripple,
-    "tetrapod": hp.Gait.tetrapod,
+    "tripod": hp.Gait.tripod, "ripple": hp.Gait.ripple, "tetrapod": hp.Gait.tetrapod,
     "wave 3/4": lambda **fields: hp.Gait.wave(3 / 4, **fields),
     "wave 5/6": lambda **fields: hp.Gait.wave(5 / 6, **fields),
-}
+}  # fmt: skip
 CYCLE = 1.0  # of all walks [s]; three cycles: two to start, a steady one
 SLOWER = {"wave 5/6": 1.8}  # as athena's joints are [s]
 QUICK = {"accuracy": 1e-2, "sample": 0.01}  # accuracy is not what these tests are about
@@ -166,11 +164,9 @@ def test_a_trace_gives_the_verdict_of_its_case() -> None:
     arrays = ("time", "q", "v", "torque", "q_ref", "v_ref", "com")
     arrays += ("foot_position", "foot_force", "foot_impulse", "foot_normal", "foot_gap")
     early = replace(
-        trace,
-        **{name: getattr(trace, name)[:cut] for name in arrays},
-        energy={name: each[:cut] for name, each in trace.energy.items()},
-        error=None,
-    )
+        trace, **{name: getattr(trace, name)[:cut] for name in arrays},
+        energy={name: each[:cut] for name, each in trace.energy.items()}, error=None,
+    )  # fmt: skip
     done = float(early.time[-1] - early.time[0])
     with refused(ParameterError, "trace", done, allowed=(3 * CYCLE,)):
         hp.study.judge_peaks(early)

@@ -19,11 +19,9 @@ L1, L2, L3 = 0.0835, 0.11934, 0.09879  # S2 Table 1 [m]
 
 # HC38: knee angle for a target eps short of full stretch, from the exact half-angle formula.
 STRAIGHT_KNEE = {
-    1e-2: 0.6107432552737001,
-    1e-3: 0.1924399401520512,
-    1e-6: 0.006083077645381947,
+    1e-2: 0.6107432552737001, 1e-3: 0.1924399401520512, 1e-6: 0.006083077645381947,
     1e-9: 0.0001923637293845363,
-}
+}  # fmt: skip
 
 
 @pytest.fixture(scope="module", params=["kharagpur", "athena"])

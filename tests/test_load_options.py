@@ -36,12 +36,10 @@ def test_hints_stand_beside_the_file(tmp_path: Path, name: str) -> None:
 @pytest.mark.parametrize(
     ("text", "name", "value"),
     [
-        ("forwards = 1", "LoadOptions.forwards", 1),
-        ("mass = -1.0", "LoadOptions.mass", -1.0),
-        ("forward = ", "TOML text", "forward = "),
-        ("mass = nan", "LoadOptions.mass", math.nan),
+        ("forwards = 1", "LoadOptions.forwards", 1), ("mass = -1.0", "LoadOptions.mass", -1.0),
+        ("forward = ", "TOML text", "forward = "), ("mass = nan", "LoadOptions.mass", math.nan),
     ],
-)
+)  # fmt: skip
 def test_a_bad_hints_file_is_named(tmp_path: Path, text: str, name: str, value: object) -> None:
     hints = tmp_path / "robot.hints.toml"
     hints.write_text(text)

@@ -9,13 +9,10 @@ import pytest
 import hexapod_pin as hp
 
 METHODS = {
-    "extrapolated-euler": {"accuracy": 1e-6},
-    "ndf": {"accuracy": 1e-8},
-    "dop853": {"accuracy": 1e-8},
-    "robust": {"step": 5e-4},
-    "implicit-euler": {"step": 5e-4},
+    "extrapolated-euler": {"accuracy": 1e-6}, "ndf": {"accuracy": 1e-8},
+    "dop853": {"accuracy": 1e-8}, "robust": {"step": 5e-4}, "implicit-euler": {"step": 5e-4},
     "rk4": {"step": 2e-5},
-}
+}  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -164,10 +161,8 @@ def test_a_trunk_on_the_ground_stands_with_body_contact_and_is_reported_without(
 def test_a_trace_with_body_contact_is_drawn(robot, tmp_path):
     start = on_its_trunk(robot)
     trace = hp.simulate(
-        hp.Scene(robot, body_contact=True),
-        hp.HoldPosture(start.q[7:]),
-        duration=0.05,
+        hp.Scene(robot, body_contact=True), hp.HoldPosture(start.q[7:]), duration=0.05,
         initial=start,
-    )
+    )  # fmt: skip
     hp.view.write_html(trace, tmp_path / "trunk.html")
     assert (tmp_path / "trunk.html").stat().st_size > 1e5

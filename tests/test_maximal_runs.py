@@ -63,19 +63,15 @@ def flight() -> tuple[maximal.MaximalModel, np.ndarray, np.ndarray, np.ndarray]:
     order = np.array([case["joint_order"].index(name) for name in model.bodies.joint_names])
     roll, pitch = np.radians([4.0, -3.0]) / 2
     turn = [
-        np.sin(roll) * np.cos(pitch),
-        np.cos(roll) * np.sin(pitch),
-        -np.sin(roll) * np.sin(pitch),
+        np.sin(roll) * np.cos(pitch), np.cos(roll) * np.sin(pitch), -np.sin(roll) * np.sin(pitch),
         np.cos(roll) * np.cos(pitch),
-    ]
+    ]  # fmt: skip
     angles = np.tile([0.0, -0.3, 0.3], 6)[order]
     rates = np.array(case["v0_joints"])[order]
     return (
-        model,
-        np.r_[0.0, 0.0, 1.0, turn, angles],
-        np.r_[0.3, -0.2, 1.0, 2.0, -1.0, 3.0, rates],
+        model, np.r_[0.0, 0.0, 1.0, turn, angles], np.r_[0.3, -0.2, 1.0, 2.0, -1.0, 3.0, rates],
         order,
-    )
+    )  # fmt: skip
 
 
 def test_limp_hexapod_in_flight() -> None:

@@ -52,15 +52,13 @@ def test_walk_with_a_file_of_motors(run: Run, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "text"),
     [
-        (("--motor", "nix"), "no motor named 'nix'"),
-        (("--motor", "MX-64"), "11.1, 12, 14.8 V"),
+        (("--motor", "nix"), "no motor named 'nix'"), (("--motor", "MX-64"), "11.1, 12, 14.8 V"),
         (("--motor", "AX-12A", "--voltage", "5"), "from 9 to 12 V"),
         (("--motor", "HerkuleX DRS-0201"), "no_load_speed"),
         (("--motor", "AX-12A", "--catalog", "none.csv"), "none.csv"),
-        (("--voltage", "12"), "without --motor"),
-        (("--catalog", "none.csv"), "without --motor"),
+        (("--voltage", "12"), "without --motor"), (("--catalog", "none.csv"), "without --motor"),
     ],
-)
+)  # fmt: skip
 def test_refused(run: Run, options: tuple[str, ...], text: str) -> None:
     done = run(*WALK, *options)
     assert (done.status, done.left) == (2, [])

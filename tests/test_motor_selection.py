@@ -158,21 +158,15 @@ seed = 3
 
 
 BAD = {
-    'motors.voltage = "12"': "motors.voltage",
-    "motors.voltage = -1.0": "motors.voltage",
-    "motors.volts = 12.0": "motors.volts",
-    'motors.models = ["AX-12"]': "AX-12",
-    'motors.makers = ["Nobody"]': "Nobody",
-    "motors.voltage = 13.37": "13.37",
+    'motors.voltage = "12"': "motors.voltage", "motors.voltage = -1.0": "motors.voltage",
+    "motors.volts = 12.0": "motors.volts", 'motors.models = ["AX-12"]': "AX-12",
+    'motors.makers = ["Nobody"]': "Nobody", "motors.voltage = 13.37": "13.37",
     "motors.motor_mass = -0.1": "motors.motor_mass",
-    'motors.catalog = "nowhere.csv"': "nowhere.csv",
-    "derating.peak = 1.5": "derating.peak",
-    "derating.peek = 0.5": "derating.peek",
-    "derating.voltage = 0.0": "derating.voltage",
-    "derating.continuous = nan": "derating.continuous",
-    "motors = 3": "motors",
+    'motors.catalog = "nowhere.csv"': "nowhere.csv", "derating.peak = 1.5": "derating.peak",
+    "derating.peek = 0.5": "derating.peek", "derating.voltage = 0.0": "derating.voltage",
+    "derating.continuous = nan": "derating.continuous", "motors = 3": "motors",
     "design = 3": "design",
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("line", BAD)

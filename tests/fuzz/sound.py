@@ -38,21 +38,17 @@ def _controllers() -> list[Any]:
     body = hp.motion.BodyMotion(pitch=path)
     velocity = hp.motion.VelocityCommand(time=(0.0, 1.0), forward=(0.02, 0.03))
     return [
-        material.control(),
-        hp.KinematicControl(gait, body=body, velocity=velocity),
-        hp.motion.ArcWalk(gait),
-        hp.HoldPosture(),
+        material.control(), hp.KinematicControl(gait, body=body, velocity=velocity),
+        hp.motion.ArcWalk(gait), hp.HoldPosture(),
         hp.motion.JointMotion({material.robot().joint_names[0]: path}),
         hp.motion.SampledTrajectory([0.0, 1.0], [material.robot().posture] * 2),
         hp.FootControl(
-            material.control(),
-            slip=hp.foot_control.SlipPid(),
-            suspension=hp.foot_control.VirtualSuspension(),
-            touch_down=hp.foot_control.TouchDown(),
+            material.control(), slip=hp.foot_control.SlipPid(),
+            suspension=hp.foot_control.VirtualSuspension(), touch_down=hp.foot_control.TouchDown(),
             levelling=hp.foot_control.Levelling(),
             sensors=hp.sensors.Sensors(q=hp.sensors.Sensor(noise=1e-4)),
         ),
-    ]
+    ]  # fmt: skip
 
 
 def _functions_of_time() -> list[Any]:
@@ -60,15 +56,12 @@ def _functions_of_time() -> list[Any]:
     step: dict[str, Any] = {"start": 0.0, "end": 1.0, "initial": 0.0, "final": 0.1}
     sine = hp.motion.Sine(amplitude=0.1, period=1.0)
     return [
-        sine,
-        hp.motion.Hermite(time=points, value=(0.0, 0.1, 0.0), rate=(0.0, 0.1, 0.0)),
-        hp.motion.Waypoints(time=points, value=(0.0, 0.1, 0.0)),
-        hp.motion.Havsin(**step),
-        hp.motion.Step(**step),
-        hp.motion.Step5(**step),
+        sine, hp.motion.Hermite(time=points, value=(0.0, 0.1, 0.0), rate=(0.0, 0.1, 0.0)),
+        hp.motion.Waypoints(time=points, value=(0.0, 0.1, 0.0)), hp.motion.Havsin(**step),
+        hp.motion.Step(**step), hp.motion.Step5(**step),
         hp.motion.Sum(terms=(sine, hp.motion.Step5(**step))),
         hp.motion.Periodic(function=sine, period=1.0),
-    ]
+    ]  # fmt: skip
 
 
 def _grounds() -> list[Any]:
@@ -105,38 +98,18 @@ def _runs() -> list[Any]:
     gait, once = {"tripod": control.gait}, {"check": 0, **QUICK}
     compared = hp.compare({"a": scene}, {"a": control, "b": hp.HoldPosture()}, **steady)
     return [
-        scene,
-        walk,
-        walk.summary,
-        walk.checkpoint,
-        demand,
-        motor_ranking(demand, records),
-        hp.torque_budget(walk),
-        hp.stability(walk),
-        hp.walk_verdict(walk),
-        hp.results.phase_torques(walk),
-        hp.results.joint_moments(walk),
-        case,
-        compared,
-        hp.study.judge_peaks(case),
-        *_selection(),
+        scene, walk, walk.summary, walk.checkpoint, demand, motor_ranking(demand, records),
+        hp.torque_budget(walk), hp.stability(walk), hp.walk_verdict(walk),
+        hp.results.phase_torques(walk), hp.results.joint_moments(walk), case, compared,
+        hp.study.judge_peaks(case), *_selection(),
         hp.torque_map(scene, "arc", strokes=[0.06], cycle_times=[0.8], **once),
-        hp.study.gait_energy(scene, gait, [0.09], **once),
-        *_studied(),
+        hp.study.gait_energy(scene, gait, [0.09], **once), *_studied(),
         hp.simulation.amplification(scene, control, duration=0.1),
         hp.tune(
-            crouch,
-            {"angle": 0.0},
-            {"angle": (-0.2, 0.2)},
-            {"a": scene},
-            height,
-            held_out={"b": hp.Scene(material.robot())},
-            seed=1,
-            budget=10,
-            population=5,
-            **STEPS,
+            crouch, {"angle": 0.0}, {"angle": (-0.2, 0.2)}, {"a": scene}, height,
+            held_out={"b": hp.Scene(material.robot())}, seed=1, budget=10, population=5, **STEPS,
         ),
-    ]
+    ]  # fmt: skip
 
 
 STEPS: Mapping[str, Any] = {"duration": 0.05, "method": "robust", "step": 2e-3}
@@ -172,34 +145,20 @@ def _parts() -> list[Any]:
     rod = hp.robot.Segment.rod(0.1, 0.1, 0.01, (-1.0, 1.0), 5.0, 5.0)
     measurement = session().measure()
     return [
-        solid,
-        rod,
-        hp.load_catalog(),
-        hp.load_catalog().records[0].motor(),
+        solid, rod, hp.load_catalog(), hp.load_catalog().records[0].motor(),
         hp.simulation.WorkLimits(),
         hp.Blueprint.from_dimensions(
-            "six",
-            trunk=solid,
-            coxa=rod,
-            femur=rod,
-            tibia=rod,
-            hip_x=0.1,
-            hip_y=0.05,
-            foot_radius=0.01,
-            posture=(0.0, 0.3, -0.6),
+            "six", trunk=solid, coxa=rod, femur=rod, tibia=rod, hip_x=0.1, hip_y=0.05,
+            foot_radius=0.01, posture=(0.0, 0.3, -0.6),
         ),
         hp.LostLeg(leg=material.robot().legs[0].name, start=0.0),
         hp.Push("base_link", force=(1.0, 0.0, 0.0), start=0.0, duration=1e-3),
         hp.loads.MassFactor(links=("base_link",), factor=1.1),
         hp.loads.RemovedMass(link="base_link", mass=0.01),
-        hp.study.RelativeObjective({"torque_rms": 1.0}),
-        hp.Servo.for_robot(material.robot()),
-        hp.JointStops.for_robot(material.robot()),
-        measurement,
-        hp.feedback.Command(q=measurement.q),
-        material.state(),
-        hp.foot_control.FootForceSensing(),
-    ]
+        hp.study.RelativeObjective({"torque_rms": 1.0}), hp.Servo.for_robot(material.robot()),
+        hp.JointStops.for_robot(material.robot()), measurement,
+        hp.feedback.Command(q=measurement.q), material.state(), hp.foot_control.FootForceSensing(),
+    ]  # fmt: skip
 
 
 def session() -> hp.Session:
@@ -513,39 +472,26 @@ EASY: Mapping[str, Any] = {"accuracy": 1e-3, "estimate": False}
 VARY: list[dict[str, Any]] = [{"input": "stroke", "values": [0.06, 0.08]}]
 
 SMALL: Mapping[str, Mapping[str, Any]] = {
-    "simulate": {"duration": 2e-3, **EASY},
-    "amplification": {"duration": 0.02},
-    "simulate_batch": {"threads": 1, **EASY},
-    "iterate_batch": {"threads": 1, **EASY},
+    "simulate": {"duration": 2e-3, **EASY}, "amplification": {"duration": 0.02},
+    "simulate_batch": {"threads": 1, **EASY}, "iterate_batch": {"threads": 1, **EASY},
     "compare": {"duration": LEAST, "controllers": lambda: {"a": material.control()}, **QUICK},
     "torque_map": {"strokes": [0.06], "cycle_times": [0.8], "check": 0, "walk": "arc", **QUICK},
     "gait_energy": {
-        "speeds": [0.09],
-        "check": 0,
-        "gaits": lambda: {"a": material.control().gait},
-        **QUICK,
+        "speeds": [0.09], "check": 0, "gaits": lambda: {"a": material.control().gait}, **QUICK,
     },
     "judge_peaks": {"run": lambda: instances(hp.Case)[0], "threads": 1},
     "select_motors": {"text": lambda: material.MOTORS_TEXT, "samples": 0, "threads": 1},
     "run_sweep": {
-        "study": lambda: hp.study.SweepStudy.from_toml(material.SHORT_STUDY),
-        "threads": 1,
+        "study": lambda: hp.study.SweepStudy.from_toml(material.SHORT_STUDY), "threads": 1,
         "store": lambda: material.new_file("db"),
     },
     "tune": {
-        "make_controller": lambda: crouch,
-        "start": {"angle": 0.0},
-        "budget": 10,
-        "population": 5,
-        "bounds": {"angle": (-0.2, 0.2)},
-        "objective": lambda: height,
-        "held_out": lambda: {"b": hp.Scene(material.robot())},
-        "threads": 1,
-        **STEPS,
+        "make_controller": lambda: crouch, "start": {"angle": 0.0}, "budget": 10, "population": 5,
+        "bounds": {"angle": (-0.2, 0.2)}, "objective": lambda: height,
+        "held_out": lambda: {"b": hp.Scene(material.robot())}, "threads": 1, **STEPS,
     },
     "Session()": {"limits": lambda: hp.simulation.WorkLimits(evaluations=3e4), "accuracy": 1e-3},
-    "joint_demand": {"postures": 2},
-    "HeightField.random": {"size": 1.0},
+    "joint_demand": {"postures": 2}, "HeightField.random": {"size": 1.0},
     "uncertainty": {"grid_point": 0},
-}
+}  # fmt: skip
 """What is always given, so that a sound call ends within a second."""

@@ -24,31 +24,21 @@ LARGEST_READ = 1_000_000
 """Of a larger file the size counts, not the content [bytes]."""
 
 TEXTS: Mapping[str, str] = {
-    "foreign/keys.txt": "secret keys\n",
-    "foreign/precious": "a thesis\n",
-    "foreign/precious.csv": "a,b\n1,2\n",
-    "foreign/precious.nc": "measured for a year\n",
-    "foreign/below/deep.txt": "deep\n",
-    "foreign/.hidden": "hidden\n",
-    "home/.profile": "export A=1\n",
-    "home/.config/other/settings": "b = 2\n",
-    "tmp/of_another_program": "in use\n",
-    "work/notes.txt": "notes\n",
-    "work/.hidden": "hidden too\n",
-    "work/walk.nc.backup": "kept\n",
+    "foreign/keys.txt": "secret keys\n", "foreign/precious": "a thesis\n",
+    "foreign/precious.csv": "a,b\n1,2\n", "foreign/precious.nc": "measured for a year\n",
+    "foreign/below/deep.txt": "deep\n", "foreign/.hidden": "hidden\n",
+    "home/.profile": "export A=1\n", "home/.config/other/settings": "b = 2\n",
+    "tmp/of_another_program": "in use\n", "work/notes.txt": "notes\n",
+    "work/.hidden": "hidden too\n", "work/walk.nc.backup": "kept\n",
     "work/data/measured.csv": "t,x\n0,0\n",
-}
+}  # fmt: skip
 """Files of others: path and content."""
 
 LINKS: Mapping[str, str] = {
-    "linked.nc": "../foreign/precious.nc",
-    "linked.csv": "../foreign/precious.csv",
-    "linked.html": "../foreign/keys.txt",
-    "linked.db": "../foreign/precious",
-    "linked.png": "../foreign/new.png",
-    "linked_folder": "../foreign/below",
-    "loop.nc": "loop.nc",
-}
+    "linked.nc": "../foreign/precious.nc", "linked.csv": "../foreign/precious.csv",
+    "linked.html": "../foreign/keys.txt", "linked.db": "../foreign/precious",
+    "linked.png": "../foreign/new.png", "linked_folder": "../foreign/below", "loop.nc": "loop.nc",
+}  # fmt: skip
 """Links in the working folder: name and target; one leads to no file, one to itself."""
 
 HARD_LINKS: Mapping[str, str] = {"hard.nc": "foreign/precious.nc", "hard.csv": "foreign/keys.txt"}
@@ -57,10 +47,8 @@ HARD_LINKS: Mapping[str, str] = {"hard.nc": "foreign/precious.nc", "hard.csv": "
 PIPES = ("pipe.nc", "pipe.csv")
 FOLDERS = ("folder.nc", "folder.html")
 DEVICES: Mapping[str, tuple[int, int]] = {
-    "null.nc": (1, 3),
-    "zero.toml": (1, 5),
-    "full.csv": (1, 7),
-}
+    "null.nc": (1, 3), "zero.toml": (1, 5), "full.csv": (1, 7),
+}  # fmt: skip
 """Nodes in the working folder, where the system lets them be made."""
 
 HAZARDS = (*LINKS, *HARD_LINKS, *PIPES, *FOLDERS, *DEVICES)
