@@ -190,6 +190,6 @@ def test_check_reports_findings_and_inference_of_a_refused_file(
     assert done.status == 2 and "refused" in done.err
     assert "zero velocity" in done.out and "inferred: " in done.out and "leg lf: " in done.out
     done = run("walk", str(broken), "--repair", "--velocity", "3.14", "--quick",
-                         "--package-path", str(file.parent), "--duration", "7.2", "--no-html",
+                         "--package-path", str(file.parent), "--duration", "0.1", "--no-html",
                          "--out", str(tmp_path / "w.nc"))  # fmt: skip
     assert done.status == 0 and "repaired: 18 joints" in done.out

@@ -31,15 +31,17 @@ def full(walk=None, **settings) -> hp.FootControl:
     return hp.FootControl(hp.Gait.tripod(lift=0.03) if walk is None else walk, **parts | settings)
 
 
-@pytest.mark.parametrize("delay", [0.0, 0.0075])
 @pytest.mark.parametrize(
-    ("name", "walk"),
+    ("name", "walk", "delay"),
     [
-        ("athena", hp.KinematicControl(hp.Gait.tripod())),
-        ("kharagpur", hp.KinematicControl(hp.Gait.tetrapod(turn_rate=0.05, heading=0.3))),
-        ("kharagpur", hp.KinematicControl(hp.Gait.ripple(), body=hp.motion.BodyMotion(pitch=0.05))),
+        ("athena", hp.KinematicControl(hp.Gait.tripod()), 0.0),
+        ("kharagpur", hp.KinematicControl(hp.Gait.tetrapod(turn_rate=0.05, heading=0.3)), 0.0075),
+        (
+            "kharagpur",
+            hp.KinematicControl(hp.Gait.ripple(), body=hp.motion.BodyMotion(pitch=0.05)), 0.0,
+        ),
     ],
-)
+)  # fmt: skip
 def test_without_parts_it_sends_the_plan(name, walk, delay):
     """Where the plan is when a command has arrived: a period and the delay after its tick."""
     run = Recorded(hp.FootControl(walk, delay=delay))

@@ -127,8 +127,7 @@ def test_feet_held_over_a_deep_groove_search_to_their_limit(name):
     assert walked.q[-1, 0] > 0.3 and np.abs(walked.q[-1, 3:5]).max() < 0.05
 
 
-@pytest.mark.parametrize("lost", [0.0, 2.0])
-@pytest.mark.parametrize("name", ["athena", "kharagpur"])
+@pytest.mark.parametrize(("name", "lost"), [("athena", 0.0), ("kharagpur", 2.0)])
 def test_a_leg_lost_leaves_a_robot_that_walks_on(name, lost):
     """Five legs in a wave; the sixth drags its own weight, the others carry the rest."""
     scene = hp.Scene(robot(name), loads=[hp.LostLeg("lm", lost)])

@@ -11,8 +11,6 @@ from foot_control_runs import EARLY, SEARCH, Recorded, robot, standing
 import hexapod_pin as hp
 from hexapod_pin.control import ArcWalk, leg_group
 
-every_robot = pytest.mark.parametrize("name", ["athena", "kharagpur"])
-
 
 def patch(center: np.ndarray, height: float, size: float = 0.035) -> hp.HeightField:
     """Return level ground with a square table or hole, its sides 30 to 57 degrees steep."""
@@ -66,8 +64,7 @@ def test_slip_correction_relieves_feet_that_squeeze_the_trunk():
     assert plain > 0.5 and reacting < 0.1 * plain
 
 
-@every_robot
-@pytest.mark.parametrize("height", [0.003, -0.003])
+@pytest.mark.parametrize(("name", "height"), [("athena", 0.003), ("kharagpur", -0.003)])
 def test_a_foot_on_a_bump_is_drawn_up_and_one_over_a_hole_reaches_down(name, height):
     """And the trunk is less tilted than without."""
     ground = patch(leg_group(robot(name)).neutral_feet[0], height)
@@ -85,8 +82,9 @@ def test_a_foot_on_a_bump_is_drawn_up_and_one_over_a_hole_reaches_down(name, hei
     assert np.ptp(ends[1]) - even < 0.7 * (np.ptp(ends[0]) - even)
 
 
-@every_robot
-@pytest.mark.parametrize("heading", [0.0, np.pi / 2, -2.5])
+@pytest.mark.parametrize(
+    ("name", "heading"), [("athena", 0.0), ("kharagpur", np.pi / 2), ("athena", -2.5)]
+)
 def test_levelling_puts_the_trunk_level_on_a_slope(name, heading):
     """Five degrees are within the limit of 0.12 rad; a slope up along x is a negative pitch."""
     scene = hp.Scene(robot(name), terrain=hp.Slope(angle=np.radians(5.0), heading=heading))
@@ -133,8 +131,8 @@ def sole(name: str, trace: hp.Trace, time: float) -> float:
     return float(trace.foot_position[row, index, 2] - robot(name).foot(foot).radius)
 
 
-@every_robot
-def test_a_foot_that_meets_the_ground_early_stops_there(name):
+def test_a_foot_that_meets_the_ground_early_stops_there():
+    name = "athena"
     run, trace = stepped(name, 0.015, hp.foot_control.TouchDown())
     early = np.flatnonzero(run.recalled("mode")[:, LEG] == EARLY) * 0.005
     early = early[early > 2.1]
@@ -153,8 +151,8 @@ def test_a_trunk_stays_level_over_feet_that_stop_early():
     assert tilt[0] < 0.5 * tilt[1] and lift[0] < lift[1]
 
 
-@every_robot
-def test_a_foot_that_finds_no_ground_searches_for_it(name):
+def test_a_foot_that_finds_no_ground_searches_for_it():
+    name = "kharagpur"
     run, trace = stepped(name, -0.015, hp.foot_control.TouchDown())
     search = np.flatnonzero(run.recalled("mode")[:, LEG] == SEARCH) * 0.005
     assert search[0] == pytest.approx(LANDING, abs=0.011)
@@ -162,9 +160,9 @@ def test_a_foot_that_finds_no_ground_searches_for_it(name):
     assert sole(name, trace, 3.4) == pytest.approx(-0.015, abs=0.001)
 
 
-@every_robot
-def test_the_search_ends_at_its_depth(name):
+def test_the_search_ends_at_its_depth():
     """Over a hole of 60 mm: 30 mm down and not further; the walk goes on when patience ends."""
+    name = "athena"
     run, trace = stepped(name, -0.06, hp.foot_control.TouchDown())
     offset = run.recalled("offset")[:, LEG, 2]
     assert offset.min() == pytest.approx(-0.03, abs=5e-4)
@@ -181,8 +179,8 @@ def test_the_depth_of_the_search_and_the_patience_are_those_given():
     assert not np.array([memory[0, 3] for memory in shallow.memories]).any()
 
 
-@every_robot
-def test_a_walk_goes_up_a_step_as_high_as_its_lift(name):
+def test_a_walk_goes_up_a_step_as_high_as_its_lift():
+    name = "kharagpur"
     stairs = hp.Stairs(rise=0.03, run=0.6, count=1, start=0.35)
     control = hp.FootControl(hp.Gait.tripod(lift=0.03), touch_down=hp.foot_control.TouchDown())
     trace = hp.simulate(hp.Scene(robot(name), terrain=stairs), control, duration=14.0, sample=0.05)

@@ -127,7 +127,7 @@ def walk_model() -> RigidModel:
     return rigid_robot("kharagpur", 0.0)
 
 
-@pytest.mark.parametrize("stiffness", [1e6, 1e7, 1e8])
+@pytest.mark.parametrize("stiffness", [1e6, 1e8])
 def test_the_core_tends_to_it_in_a_tripod(stiffness: float) -> None:
     """Difference of foot forces 3.3e-3 of the weight at 1e6 N/m, falling like 1/K."""
     assert tripod(stiffness).force == pytest.approx(3.28e3 / stiffness, rel=0.03)

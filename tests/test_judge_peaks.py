@@ -1,4 +1,4 @@
-"""Peaks computed again: every gait, both robots, planted causes, and runs that fail."""
+"""Peaks computed again for both robots, planted causes, and runs that fail."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from hexapod_pin.errors import DivergenceError, ParameterError, StudyInterrupted
 from hexapod_pin.study.runs.runner import Rows, Runner
 
 GAITS = {
-    "tripod": hp.Gait.tripod, "ripple": hp.Gait.ripple, "tetrapod": hp.Gait.tetrapod,
+    "tripod": hp.Gait.tripod,
     "wave 3/4": lambda **fields: hp.Gait.wave(3 / 4, **fields),
     "wave 5/6": lambda **fields: hp.Gait.wave(5 / 6, **fields),
-}  # fmt: skip
+}
 CYCLE = 1.0  # of all walks [s]; three cycles: two to start, a steady one
 SLOWER = {"wave 5/6": 1.8}  # as athena's joints are [s]
 QUICK = {"accuracy": 1e-2, "sample": 0.01}  # accuracy is not what these tests are about
@@ -42,7 +42,7 @@ def peaks(scene: hp.Scene, case: hp.Case, **settings) -> np.ndarray:
 
 @pytest.mark.parametrize(
     ("name", "gait"),
-    [*(("kharagpur", gait) for gait in GAITS), ("athena", "tripod"), ("athena", "wave 5/6")],
+    [("kharagpur", "tripod"), ("kharagpur", "wave 3/4"), ("athena", "wave 5/6")],
 )
 def test_every_verdict_is_that_of_peaks_computed_independently(name: str, gait: str) -> None:
     """The scenes with doubled stiffness are written out here, and the rule too."""

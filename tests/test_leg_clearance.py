@@ -180,8 +180,10 @@ def test_a_small_clearance_is_reported(tmp_path: Path) -> None:
     assert f"note: {note}" in done.output
 
 
-@pytest.mark.parametrize("name", ["kharagpur", "athena"])
-@pytest.mark.parametrize("gait", ["tripod", "ripple", "tetrapod", "wave"])
+@pytest.mark.parametrize(
+    ("name", "gait"),
+    [("kharagpur", "tripod"), ("athena", "ripple"), ("kharagpur", "tetrapod"), ("athena", "wave")],
+)
 def test_built_in_robots_keep_their_legs_apart(name: str, gait: str) -> None:
     """More than 2 cm."""
     robot = hp.load_robot(name)
