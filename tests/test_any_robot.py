@@ -158,9 +158,7 @@ def robot_root(robot: Robot) -> str:
      ({"feet": ("no_such_foot",)}, UnknownNameError,
       {"kind": "foot link", "name": "no_such_foot"})],
 )  # fmt: skip
-def test_a_hint_that_names_nothing_is_refused(
-    file: Path, options: dict, error: type[Exception], fields: dict
-) -> None:
+def test_a_hint_that_names_nothing_is_refused(file, options, error, fields):
     with refused(error, **fields):
         hp.load_robot(file, options=LoadOptions(**options))
 
@@ -179,9 +177,7 @@ def test_it_walks_from_the_command_line(file: Path, run, tmp_path: Path) -> None
     assert html.stat().st_size < 10e6
 
 
-def test_check_reports_findings_and_inference_of_a_refused_file(
-    file: Path, run, tmp_path: Path
-) -> None:
+def test_check_reports_findings_and_inference_of_a_refused_file(file, run, tmp_path):
     broken = tmp_path / "broken.urdf"
     text = file.read_text()
     assert 'velocity="3.14"' in text

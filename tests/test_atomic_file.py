@@ -88,9 +88,7 @@ def test_a_full_disk_leaves_the_earlier_file(tmp_path: Path, monkeypatch, number
 
 
 @pytest.mark.parametrize("call", ["replace", "fsync"])
-def test_a_disk_full_at_the_last_step_leaves_the_earlier_file(
-    tmp_path: Path, monkeypatch, call: str
-) -> None:
+def test_a_disk_full_at_the_last_step_leaves_the_earlier_file(tmp_path, monkeypatch, call):
     path = tmp_path / "a.txt"
     path.write_text("old")
 
@@ -154,9 +152,7 @@ def test_a_folder_that_cannot_be_written_to(tmp_path: Path) -> None:
         ("circle", errno.ELOOP, (" circle",)),  # where it leads to
     ],
 )
-def test_names_that_cannot_be_written(
-    tmp_path: Path, name: str, number: int | None, about: tuple[str, ...]
-) -> None:
+def test_names_that_cannot_be_written(tmp_path, name, number, about):
     """The file is named, and the system's error is the cause."""
     (tmp_path / "circle").symlink_to("circle")
     (tmp_path / "file").touch()
@@ -190,9 +186,7 @@ def test_folders_may_be_links(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("kind", ["link", "hard link", "pipe"])
-def test_what_takes_the_name_in_between_is_not_written_through(
-    kind: str, tmp_path: Path, monkeypatch
-) -> None:
+def test_what_takes_the_name_in_between_is_not_written_through(kind, tmp_path, monkeypatch):
     """The finished file takes the name; what stood there in between keeps its content."""
     precious, target = tmp_path / "precious", tmp_path / "a"
     precious.write_text("keys")

@@ -5,14 +5,13 @@ from __future__ import annotations
 import csv
 import json
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pinocchio as pin
 import pytest
+from conftest import Run
 from refusals import refused
 
 import hexapod_pin as hp
@@ -37,7 +36,6 @@ from hexapod_pin.benchmark.work_precision.own_entry import (
     sweep_settings,
 )
 from hexapod_pin.benchmark.work_precision.scenes import built_in
-from hexapod_pin.commands.app import main
 from hexapod_pin.errors import ParameterError, SimulationInterrupted, UnknownNameError
 from hexapod_pin.simulation.methods import METHODS
 from hexapod_pin.validation.position_error import PositionError
@@ -266,29 +264,14 @@ def test_csv_and_json_hold_the_same_rows(report: BenchmarkReport):
     )
 
 
-@pytest.fixture
-def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]):
-    """Run the command in an empty folder; give its status, stdout, stderr and what it left."""
-    monkeypatch.chdir(tmp_path)
-
-    def command(*words: str) -> SimpleNamespace:
-        with pytest.raises(SystemExit) as exit_:
-            main(("bench", *words))
-        out, err = capsys.readouterr()
-        left = sorted(path.name for path in tmp_path.iterdir())
-        return SimpleNamespace(status=exit_.value.code, out=out, err=err, left=left)
-
-    return command
-
-
 SHORT = (
     "--duration", "0.02", "--rounds", "1", "--quick", "--methods",
     "implicit-euler,extrapolated-euler",
 )  # fmt: skip
 
 
-def test_command_prints_tables_and_writes_report_and_figure(run: Callable[..., SimpleNamespace]):
-    done = run("walk", "stand", *SHORT, "--out", "r.md", "--plot", "f.svg")
+def test_command_prints_tables_and_writes_report_and_figure(run: Run):
+    done = run("bench", "walk", "stand", *SHORT, "--out", "r.md", "--plot", "f.svg")
     assert (done.status, done.err, done.left) == (0, "", ["f.svg", "r.md"])
     page = Path("r.md").read_text()
     for text in (done.out, page):
@@ -316,7 +299,7 @@ def test_command_prints_tables_and_writes_report_and_figure(run: Callable[..., S
     ],
 )
 def test_command_refuses_before_it_measures(run, words, says):
-    done = run(*words)
+    done = run("bench", *words)
     assert (done.status, done.out, done.left) == (2, "", [])
     assert says in done.err
 
@@ -332,7 +315,7 @@ def test_ctrl_c_writes_what_is_done_and_ends_with_130(run, monkeypatch: pytest.M
         return real(task, plan, progress)
 
     monkeypatch.setattr(comparison, "compare", interrupted)
-    done = run("walk", "stand", *SHORT, "--out", "r.json")
+    done = run("bench", "walk", "stand", *SHORT, "--out", "r.json")
     assert (done.status, done.left) == (130, ["r.json"])
     assert [one["name"] for one in json.loads(Path("r.json").read_text())["scenes"]] == ["walk"]
     assert "interrupted" in done.err

@@ -131,9 +131,7 @@ def test_hexapod_of_your_own(tmp_path: Path) -> None:
         ({"velocity": 0.0}, "velocity", 0.0, 0.0),
     ],
 )  # fmt: skip
-def test_impossible_segments_are_refused(
-    change: dict[str, object], name: str, value: float, allowed: float
-) -> None:
+def test_impossible_segments_are_refused(change, name, value, allowed):
     """The error names the field."""
     fields = KHARAGPUR.coxa.model_dump() | change
     with refused(ParameterError, f"Segment.{name}", value, allowed=(allowed,)):

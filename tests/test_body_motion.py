@@ -78,9 +78,7 @@ def test_two_waypoints_are_joined_by_the_curve_of_least_jerk() -> None:
         ),
     ],
 )  # fmt: skip
-def test_malformed_functions_are_refused(
-    make: Any, name: str, value: object, allowed: tuple[float, ...]
-) -> None:
+def test_malformed_functions_are_refused(make, name, value, allowed):
     with refused(ParameterError, name, value, allowed=allowed):
         make()
 

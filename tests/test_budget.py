@@ -241,9 +241,7 @@ def test_json_holds_every_number_and_no_infinity() -> None:
         (("wheel", "arm"), 1, ("joint", "joint")),
     ],
 )
-def test_joint_kinds_by_name_or_place(
-    names: tuple[str, ...], feet: int, kinds: tuple[str, ...]
-) -> None:
+def test_joint_kinds_by_name_or_place(names, feet, kinds):
     assert joint_kinds(names, feet) == kinds
 
 

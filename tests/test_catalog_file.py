@@ -68,9 +68,7 @@ BAD_ROWS = [
 
 
 @pytest.mark.parametrize(("row", "column", "value", "about"), BAD_ROWS, ids=str)
-def test_bad_row(
-    tmp_path: Path, row: str, column: str, value: object, about: tuple[str, ...]
-) -> None:
+def test_bad_row(tmp_path, row, column, value, about):
     """One message: file, line, column, value, what is allowed."""
     path = _write(tmp_path, HEADER, GOOD.replace("A", "B"), row)
     fault = {"line": 3, "column": column, "value": value}
@@ -90,9 +88,7 @@ BAD_TOGETHER = [
 
 
 @pytest.mark.parametrize(("cells", "column", "value", "about"), BAD_TOGETHER, ids=str)
-def test_columns_that_contradict(
-    tmp_path: Path, cells: str, column: str, value: object, about: tuple[str, ...]
-) -> None:
+def test_columns_that_contradict(tmp_path, cells, column, value, about):
     """In the units of the file: 1600 mN m of a motor that stalls at 1.5 N m."""
     path = _write(tmp_path, f"{HEADER},{MORE}", f"{GOOD},{cells}")
     wanted = pytest.approx(value) if isinstance(value, float) else value
@@ -127,9 +123,7 @@ BAD_HEADERS = [
 
 
 @pytest.mark.parametrize(("header", "column", "value", "about"), BAD_HEADERS)
-def test_bad_header(
-    tmp_path: Path, header: str, column: str, value: object, about: tuple[str, ...]
-) -> None:
+def test_bad_header(tmp_path, header, column, value, about):
     path = _write(tmp_path, header, GOOD)
     with refused(CatalogError, source=str(path), line=1, column=column, value=value, about=about):
         hp.load_catalog(path)
@@ -166,9 +160,7 @@ def test_two_units_must_agree(tmp_path: Path) -> None:
         (HEADER.encode() + b'\n"A,12', 2, ANY, ("comma-separated",)),
     ],
 )  # fmt: skip
-def test_file_that_is_none(
-    tmp_path: Path, data: bytes, line: int, value: object, about: tuple[str, ...]
-) -> None:
+def test_file_that_is_none(tmp_path, data, line, value, about):
     path = tmp_path / "motors.csv"
     path.write_bytes(data)
     with refused(CatalogError, source=str(path), line=line, column="", value=value, about=about):

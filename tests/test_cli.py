@@ -2,27 +2,26 @@
 
 from __future__ import annotations
 
+import io
 import json
 import math
 import os
 import re
 import signal
-import subprocess
-import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from conftest import Run
 
 import hexapod_pin as hp
+from hexapod_pin.commands.app import main
 from hexapod_pin.control.gait import GAITS
 from hexapod_pin.errors import DivergenceError, SimulationInterrupted
 from hexapod_pin.ground.contact.contact import PRESETS
 from hexapod_pin.simulation.methods import METHODS
-
-Run = Callable[..., SimpleNamespace]
 
 WALK = ("walk", "kharagpur", "--gait", "tripod", "--cycle-time", "0.8", "--stroke", "0.05")
 SHORT = ("--duration", "3.2")  # two cycles to start, two steady ones
@@ -30,13 +29,14 @@ SHORT = ("--duration", "3.2")  # two cycles to start, two steady ones
 
 @pytest.fixture(scope="module")
 def walked(tmp_path_factory: pytest.TempPathFactory) -> SimpleNamespace:
-    """One short walk in its own process, and all it left."""
-    folder = tmp_path_factory.mktemp("walk")
-    done = subprocess.run(
-        [sys.executable, "-m", "hexapod_pin", *WALK, *SHORT],
-        cwd=folder, capture_output=True, text=True, timeout=120, check=False,
-    )  # fmt: skip
-    return SimpleNamespace(folder=folder, status=done.returncode, out=done.stdout, err=done.stderr)
+    """One short walk, and all it left."""
+    folder, out, err = tmp_path_factory.mktemp("walk"), io.StringIO(), io.StringIO()
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
+        patch.chdir(folder)
+        with pytest.raises(SystemExit) as exit_:
+            main((*WALK, *SHORT))
+    status = exit_.value.code
+    return SimpleNamespace(folder=folder, status=status, out=out.getvalue(), err=err.getvalue())
 
 
 @pytest.fixture(scope="module")
@@ -196,7 +196,7 @@ REFUSALS = {
     "unknown method": ((*WALK, "--method", "magic"), "magic"),
     "unknown foot": (("check", "kharagpur", "--feet", "left_shoe"), "left_shoe"),
     "no foot name": (("check", "kharagpur", "--feet", ","), "--feet"),
-    "stroke beyond reach": ((*WALK, "--stroke", "0.9"), "stroke can be at most"),
+    "joints too slow": ((*WALK[:-4], "--cycle-time", "0.1"), "--cycle-time must be at least"),
     "negative stroke": (("walk", "kharagpur", "--stroke", "-0.1"), "stroke"),
     "duty too small": (("walk", "kharagpur", "--duty", "0.3"), "duty"),
     "no cycle time": (("walk", "kharagpur", "--cycle-time", "0"), "--cycle-time"),
@@ -249,9 +249,7 @@ def test_read_only_folder_is_refused_before_the_simulation(run: Run, tmp_path: P
 @pytest.mark.parametrize(
     ("kind", "status"), [(DivergenceError, 2), (SimulationInterrupted, 130)], ids=["2", "130"]
 )
-def test_run_that_ends_early_keeps_its_trace(
-    run: Run, monkeypatch: pytest.MonkeyPatch, trace_file: Path, kind: type, status: int
-):
+def test_run_that_ends_early_keeps_its_trace(run, monkeypatch, trace_file, kind, status):
     """Divergence and Ctrl-C save what was done, print where, and draw nothing."""
     partial = hp.load_trace(trace_file)
 
@@ -267,9 +265,7 @@ def test_run_that_ends_early_keeps_its_trace(
     assert hp.load_trace("part.nc") == partial
 
 
-def test_ctrl_c_during_the_simulation_keeps_what_was_done(
-    run: Run, monkeypatch: pytest.MonkeyPatch
-):
+def test_ctrl_c_during_the_simulation_keeps_what_was_done(run, monkeypatch):
     """A real SIGINT in the middle of a run: status 130, and a readable trace that ends early."""
 
     @contextmanager

@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import json
 import signal
-from collections.abc import Callable
+from functools import partial
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from conftest import Run
 from matplotlib.container import ErrorbarContainer
 from refusals import refused
 
 import hexapod_pin as hp
-from hexapod_pin.commands.app import main
 from hexapod_pin.control import leg_group
 from hexapod_pin.errors import GaitError, ParameterError, StudyInterrupted, UnknownNameError
 from hexapod_pin.results.comparison import ComparedRun, Outcome
@@ -159,9 +158,7 @@ def test_a_bare_scene_or_a_list_will_do() -> None:
         (SCENE, PLAIN, "compare.controllers", PLAIN),
     ],
 )  # fmt: skip
-def test_nothing_to_compare_is_refused(
-    scenes: Any, controllers: Any, name: str, value: Any
-) -> None:
+def test_nothing_to_compare_is_refused(scenes, controllers, name, value):
     with refused(ParameterError, name, value):
         hp.compare(scenes, controllers, duration=DURATION)
 
@@ -228,29 +225,19 @@ def test_figures_are_written_or_refused(found: hp.study.Comparison, tmp_path: Pa
 
 # --- the command --------------------------------------------------------------------------------
 
-Run = Callable[..., SimpleNamespace]
-
 
 @pytest.fixture
-def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Run:
-    """Run a command in a folder with two cases; give its status, stdout, stderr."""
-    monkeypatch.chdir(tmp_path)
+def compare(run: Run) -> Run:
+    """Run the command in a folder with two cases."""
     hp.Case(SCENE, PLAIN, duration=DURATION).save("plain.toml")
     slippery = hp.Scene(ROBOT, contact=hp.Contact.accurate().with_mu(0.1))
     hp.Case(slippery, FAST, duration=1.7).save("fast.toml")
-
-    def command(*options: str) -> SimpleNamespace:
-        with pytest.raises(SystemExit) as exit_:
-            main(("compare", *options))
-        out, err = capsys.readouterr()
-        return SimpleNamespace(status=exit_.value.code, out=out, err=err)
-
-    return command
+    return partial(run, "compare")
 
 
-def test_the_command_prints_and_leaves_files(run: Run, found: hp.study.Comparison) -> None:
+def test_the_command_prints_and_leaves_files(compare: Run, found: hp.study.Comparison) -> None:
     files = ("--html", "runs.html", "--figure", "bars.svg", "--json", "numbers.json")
-    done = run("plain.toml", "fast.toml", *files)
+    done = compare("plain.toml", "fast.toml", *files)
     assert done.status == 0, done.err
     assert "change against plain" in done.out and "scene of plain" in done.out
     numbers = json.loads(Path("numbers.json").read_text())
@@ -261,27 +248,27 @@ def test_the_command_prints_and_leaves_files(run: Run, found: hp.study.Compariso
     assert "from left to right: plain, fast" in page and "<svg" in Path("bars.svg").read_text()
 
 
-def test_own_scenes_and_bumps(run: Run) -> None:
-    own = run("plain.toml", "fast.toml", "--own-scenes", "--markdown")
+def test_own_scenes_and_bumps(compare: Run) -> None:
+    own = compare("plain.toml", "fast.toml", "--own-scenes", "--markdown")
     assert own.status == 0 and "| plain | fast |" in own.out
     assert "1.6 s" in own.out and "1.7 s" in own.out
     options = ("--bumps", "0.005", "--wavelength", "0.3", "--seeds", "3", "--length", "0.4")
-    bumps = run("plain.toml", "fast.toml", *options, "--json", "numbers.json")
+    bumps = compare("plain.toml", "fast.toml", *options, "--json", "numbers.json")
     assert bumps.status == 0 and "bumps of 0.005 m, 0.3 m apart (3 variants)" in bumps.out
     runs = json.loads(Path("numbers.json").read_text())["runs"]
     expected = hp.simulate(BUMPS[2], PLAIN, duration=DURATION).summary
     assert runs[4]["metrics"] == hp.study.WalkMetrics.of(expected).to_dict()
 
 
-def test_the_command_goes_on_with_a_store(run: Run) -> None:
+def test_the_command_goes_on_with_a_store(compare: Run) -> None:
     options = ("plain.toml", "fast.toml", "--store", "rows.db", "--json", "numbers.json")
-    first = run(*options)
+    first = compare(*options)
     assert first.status == 0, first.err
-    again = run(*options)
+    again = compare(*options)
     assert again.status == 2 and "--resume" in again.err
-    resumed = run(*options, "--resume", "--threads", "1")
+    resumed = compare(*options, "--resume", "--threads", "1")
     assert (resumed.status, resumed.out) == (0, first.out)
-    refused_too = run(*options[:2], "--resume")
+    refused_too = compare(*options[:2], "--resume")
     assert refused_too.status == 2 and "store" in refused_too.err
 
 
@@ -305,6 +292,6 @@ def test_the_command_goes_on_with_a_store(run: Run) -> None:
         (("plain.toml", "--import", "none.py"), "--import"),
     ],
 )
-def test_refusals_are_one_message(run: Run, options: tuple[str, ...], culprit: str) -> None:
-    done = run(*options)
+def test_refusals_are_one_message(compare: Run, options: tuple[str, ...], culprit: str) -> None:
+    done = compare(*options)
     assert done.status == 2 and culprit in done.err and done.err.count("\n") == 1

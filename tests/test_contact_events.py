@@ -60,9 +60,7 @@ def run(
     ("accuracy", "dynamic"), [(1e-6, MU_DYNAMIC), (1e-6, MU), (1e-8, MU)],
     ids=["two coefficients", "one", "one, tight"],
 )  # fmt: skip
-def test_a_point_mass_breaks_away_when_its_bristle_says(
-    method: str, accuracy: float, dynamic: float
-) -> None:
+def test_a_point_mass_breaks_away_when_its_bristle_says(method, accuracy, dynamic):
     """On 0.6 rad: stuck until k z + c u = mu N, then g sin - mu_dynamic g cos.
 
     With one coefficient the force has a kink there: a step over it is wrong at every accuracy.
@@ -233,9 +231,7 @@ def lift_off(stiffness: float, damping: float, ramp: float, speed: float) -> tup
     ("method", "accuracy", "drop"),
     [("extrapolated-euler", 1e-8, 0.02), ("ndf", 1e-10, 0.025), ("dop853", 1e-10, 0.02)],
 )
-def test_a_mass_presses_once_more_before_it_leaves_where_its_damper_fades(
-    method: str, accuracy: float, drop: float
-) -> None:
+def test_a_mass_presses_once_more_before_it_leaves_where_its_damper_fades(method, accuracy, drop):
     """The damper of AdamsImpact would pull with depth left; just below the surface the spring wins.
 
     A step that is long beside that depth must not pass over the last push.

@@ -111,9 +111,7 @@ def test_figure_shows_what_the_law_has() -> None:
     assert len(figure.axes[1].lines) == len(DAMPING_RATIO) + 1  # all laws and the point requested
 
 
-def test_without_matplotlib_the_numbers_are_still_printed(
-    contact, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_without_matplotlib_the_numbers_are_still_printed(contact, tmp_path, monkeypatch):
     """The default figure is left out with one message; one requested by name is refused at once."""
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     status, out, err = contact("s1")
@@ -142,9 +140,7 @@ REFUSALS = {
 
 
 @pytest.mark.parametrize(("options", "culprit"), REFUSALS.values(), ids=REFUSALS.keys())
-def test_refusal_is_one_message_with_status_2(
-    contact, tmp_path: Path, options: tuple[str, ...], culprit: str
-) -> None:
+def test_refusal_is_one_message_with_status_2(contact, tmp_path, options, culprit):
     status, out, err = contact(*options)
     assert (status, out) == (2, "")
     assert culprit in err

@@ -52,9 +52,7 @@ COMMANDS = Path(hexapod_pin.commands.__file__).parent
     ],
 )
 @pytest.mark.parametrize("err", [False, True])
-def test_a_terminal_is_given_no_control_characters(
-    text: str, shown: str, err: bool, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_terminal_is_given_no_control_characters(text, shown, err, capsys):
     """What a terminal acts on is printed as an escape; everything else as it is."""
     echo(text, err=err)
     assert capsys.readouterr()[err] == f"{shown}\n"
@@ -76,9 +74,7 @@ def test_arguments_are_quoted_visibly(options: tuple[str, ...], run: Run) -> Non
     assert not set("\x07\x1b\x9b\u202e") & set(found.out + found.err)
 
 
-def test_the_title_of_a_progress_bar_is_a_text(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_title_of_a_progress_bar_is_a_text(monkeypatch, capsys):
     """Neither control characters nor square brackets of a name are acted on."""
     monkeypatch.setenv("FORCE_COLOR", "1")
     monkeypatch.setenv("COLUMNS", "200")
@@ -91,9 +87,7 @@ def test_the_title_of_a_progress_bar_is_a_text(
         assert not set("\x07\u202e") & set(shown)
 
 
-def test_notes_of_the_viewer_are_visible(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_notes_of_the_viewer_are_visible(monkeypatch, capsys):
     """The names of meshes that are not drawn stand in them."""
     found = SimpleNamespace(notes=["\x1b[31m\u202e.stl"], url="http://127.0.0.1:1/")
     monkeypatch.setattr(html, "live_viewer", lambda *_, **__: nullcontext(found))
@@ -142,9 +136,7 @@ def _fault(exception: pytest.ExceptionInfo[CatalogError]) -> tuple[int, str, obj
         ('A,maker,"page\x7f 2"', "note", "page\x7f 2"),
     ],
 )  # fmt: skip
-def test_a_catalogue_with_control_characters_is_refused(
-    row: str, column: str, value: str, tmp_path: Path
-) -> None:
+def test_a_catalogue_with_control_characters_is_refused(row, column, value, tmp_path):
     """The row is named with its line and column, and nothing is printed raw."""
     path = tmp_path / "motors.csv"
     head = "voltage_V,stall_torque_Nm,no_load_speed_rad_s,mass_kg,model,maker,note"

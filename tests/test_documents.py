@@ -90,9 +90,7 @@ def test_names_and_commands_exist(page: Path) -> None:
     motors.md robots.md stability.md sweeps.md terrain.md uncertainty.md verdict.md
     walking.md""".split(),
 )
-def test_the_code_of_a_page_runs(
-    page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_code_of_a_page_runs(page, tmp_path, monkeypatch):
     """The blocks of a page belong together: names of one are known in the next."""
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {}

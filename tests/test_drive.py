@@ -148,9 +148,7 @@ def test_gains_by_kind_name_and_sequence(kharagpur: hp.Robot) -> None:
         ({"kp": 1.0, "motor": {"elbow": MOTOR}}, "Servo.motor[elbow]", "elbow", ()),
     ],
 )
-def test_errors_name_the_joint(
-    kharagpur: hp.Robot, fields: dict[str, Any], name: str, value: Any, allowed: tuple[float, ...]
-) -> None:
+def test_errors_name_the_joint(kharagpur, fields, name, value, allowed):
     """What does not fit the robot is refused where the two meet."""
     servo = hp.Servo(**{"kd": 0.1, **fields})
     with refused(ParameterError, name, value, allowed=allowed):

@@ -194,9 +194,7 @@ def test_own_study(run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None
         assert found == (angle, torque)
 
 
-def test_the_first_code_block_of_the_readme_runs(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_the_first_code_block_of_the_readme_runs(tmp_path, monkeypatch, capsys):
     """As it stands; the feet carry the weight it prints beside them."""
     monkeypatch.chdir(tmp_path)
     text = (ROOT / "README.md").read_text(encoding="utf-8")

@@ -29,6 +29,13 @@ def trace() -> hp.Trace:
     return hp.Case(scene, control, duration=0.9, accuracy=1e-4, sample=0.02, estimate=True).run()
 
 
+@pytest.fixture(scope="module")
+def saved(trace: hp.Trace, tmp_path_factory: pytest.TempPathFactory) -> tuple[bytes, Any]:
+    """The file of the trace, and what it holds."""
+    path = trace.save(tmp_path_factory.mktemp("saved") / "walk.nc")
+    return path.read_bytes(), read_netcdf(path)[0]
+
+
 def write(path: Path, name: str, value: Any) -> None:
     """Put another variable into a file, or take it away."""
     with h5py.File(path, "r+") as file:
@@ -110,11 +117,10 @@ FORGERIES: dict[tuple[str, ...], Callable[[dict[str, Any]], tuple[str, Any]]] = 
 
 
 @pytest.mark.parametrize("about", FORGERIES, ids=" ".join)
-def test_damage_differs_from_forgery(
-    about: tuple[str, ...], trace: hp.Trace, tmp_path: Path
-) -> None:
-    path = trace.save(tmp_path / "walk.nc")
-    write(path, *FORGERIES[about](read_netcdf(path)[0]))
+def test_damage_differs_from_forgery(about, saved, tmp_path):
+    path = tmp_path / "walk.nc"
+    path.write_bytes(saved[0])
+    write(path, *FORGERIES[about](saved[1]))
     with refused(TraceFileError, about=(str(path), "digest", *about)):
         hp.load_trace(path)
     forge(path)
@@ -137,12 +143,10 @@ def test_a_trace_need_not_have_a_summary_or_checkpoint(trace: hp.Trace, tmp_path
     )
 
 
-def test_a_value_that_breaks_no_rule_is_damage_all_the_same(
-    trace: hp.Trace, tmp_path: Path
-) -> None:
-    path = trace.save(tmp_path / "walk.nc")
-    arrays = read_netcdf(path)[0]
-    write(path, *with_value("torque", (0, 0), 0.125)(arrays))
+def test_a_value_that_breaks_no_rule_is_damage_all_the_same(saved, tmp_path):
+    path = tmp_path / "walk.nc"
+    path.write_bytes(saved[0])
+    write(path, *with_value("torque", (0, 0), 0.125)(saved[1]))
     with refused(TraceFileError, about=(str(path), "digest")) as caught:
         hp.load_trace(path)
     assert " = " not in str(caught.value)  # no place in it is named
@@ -163,9 +167,7 @@ SUMMARIES = {
 
 
 @pytest.mark.parametrize("about", SUMMARIES)
-def test_a_summary_that_breaks_its_schema_is_refused(
-    about: str, trace: hp.Trace, tmp_path: Path
-) -> None:
+def test_a_summary_that_breaks_its_schema_is_refused(about, trace, tmp_path):
     found = json.loads(trace.summary.to_json())
     *keys, last, value = SUMMARIES[about]
     place = found
@@ -190,9 +192,7 @@ def test_a_summary_that_breaks_its_schema_is_refused(
         ({"other": 1}, "checkpoint.other", "1", ()),
     ],
 )
-def test_a_checkpoint_that_breaks_its_schema_is_refused(
-    changes: dict[str, Any], name: str, value: Any, allowed: tuple[float, ...], trace: hp.Trace
-) -> None:
+def test_a_checkpoint_that_breaks_its_schema_is_refused(changes, name, value, allowed, trace):
     data = copy.deepcopy(trace.checkpoint.to_dict()) | changes
     with refused(ParameterError, name, value, allowed=allowed):
         hp.results.Checkpoint.from_dict(data)
@@ -217,9 +217,7 @@ def test_a_checkpoint_that_breaks_its_schema_is_refused(
         ),
     ],
 )
-def test_an_array_of_a_checkpoint_that_is_none_is_refused(
-    changes: dict[str, Any], about: tuple[str, ...], trace: hp.Trace
-) -> None:
+def test_an_array_of_a_checkpoint_that_is_none_is_refused(changes, about, trace):
     data = copy.deepcopy(trace.checkpoint.to_dict()) | changes
     with refused(StateError, about=about):
         hp.results.Checkpoint.from_dict(data)

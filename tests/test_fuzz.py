@@ -174,9 +174,7 @@ def replaced(path: Path) -> None:
         (lambda tree: (tree.work / "hard.csv").write_text("lost"), "foreign/keys.txt"),
     ],
 )
-def test_a_changed_file_of_others_is_a_fault_once(
-    fault: Callable[[Any], Any], path: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
+def test_a_changed_file_of_others_is_a_fault_once(fault, path, tmp_path, monkeypatch):
     tree = WatchedFolder(tmp_path)
     monkeypatch.setattr(material, "watched", lambda: tree)
     doors = {"bad": lambda rng: fault(tree), "good": lambda rng: None}
@@ -191,9 +189,7 @@ def campaign_script() -> Any:
     return importlib.import_module("fuzz.__main__")
 
 
-def test_the_script_counts_by_door_and_groups_faults_by_cause(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-):
+def test_the_script_counts_by_door_and_groups_faults_by_cause(tmp_path, monkeypatch, capsys):
     script = campaign_script()
 
     def run(inputs: Any, processes: int, report: Any) -> list[Outcome]:

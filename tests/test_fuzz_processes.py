@@ -36,9 +36,7 @@ SEEDS = (1, 4, 6, 8, 10, 13, 14, 30)
 
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", SEEDS)
-def test_odd_commands_end_as_documented_and_leave_others_files_alone(
-    seed: int, monkeypatch: pytest.MonkeyPatch
-):
+def test_odd_commands_end_as_documented_and_leave_others_files_alone(seed, monkeypatch):
     """However long they compute: a busy machine makes them slow, and the campaign looks at that."""
     for module in (command_run, command_process):
         monkeypatch.setattr(module, "PATIENCE", 300.0)
@@ -131,9 +129,7 @@ SOUND = {
 
 
 @pytest.mark.parametrize(("script", "wanted"), SOUND.values(), ids=list(SOUND))
-def test_what_is_sound_is_no_fault(
-    script: str, wanted: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
+def test_what_is_sound_is_no_fault(script, wanted, tmp_path, monkeypatch):
     assert judged(script, tmp_path, monkeypatch) == wanted
 
 
@@ -177,9 +173,7 @@ PLANTED = {
 
 
 @pytest.mark.parametrize(("script", "told"), PLANTED.values(), ids=list(PLANTED))
-def test_a_planted_fault_is_found(
-    script: str, told: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
+def test_a_planted_fault_is_found(script, told, tmp_path, monkeypatch):
     for name, value in (("PATIENCE", 0.3), ("LONGEST_WAIT", 1.5)):
         monkeypatch.setattr(command_run, name, value)
     monkeypatch.setattr(command_process, "PATIENCE", 0.3)
@@ -188,9 +182,7 @@ def test_a_planted_fault_is_found(
 
 
 @pytest.mark.slow
-def test_a_command_that_is_slow_by_itself_is_no_fault(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
+def test_a_command_that_is_slow_by_itself_is_no_fault(tmp_path, monkeypatch):
     monkeypatch.setattr(command_process, "PATIENCE", 0.3)
     compute = "import time\nwhile time.process_time() < {}: pass"
     assert not judged(compute.format(0.5), tmp_path / "a", monkeypatch, sound=compute.format(0.4))
@@ -265,9 +257,7 @@ def test_a_file_that_was_promised_must_be_there(tmp_path: Path, monkeypatch: pyt
 
 
 @pytest.mark.parametrize("kind", ["closed", "full", "leaves", "slow", "terminal", "file"])
-def test_streams_are_what_they_are_called(
-    kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
+def test_streams_are_what_they_are_called(kind, tmp_path, monkeypatch):
     """The script tells by its status how writing went."""
     script = """import os, time
 open('out.nc', 'w')
@@ -291,9 +281,7 @@ os.write(2, str(os.isatty(1)).encode())
     assert len(ending.out) == sizes.get(kind, 6000)
 
 
-def test_signals_arrive_and_may_be_what_the_process_ends_with(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
+def test_signals_arrive_and_may_be_what_the_process_ends_with(tmp_path, monkeypatch):
     script = "import time\nwhile time.process_time() < 2: pass"
     signals = [(0.1, signal.SIGTERM, True)]
     assert judged(script, tmp_path, monkeypatch, signals=signals) == "refused"

@@ -125,8 +125,6 @@ def test_a_bad_duty_is_named(duty: float) -> None:
         ((0, 0, 0, 0, 0, np.nan), "Gait.phases[5]", np.nan),
     ],
 )
-def test_a_bad_phase_table_is_named(
-    phases: tuple[float, ...], name: str, value: float | tuple[float, ...]
-) -> None:
+def test_a_bad_phase_table_is_named(phases, name, value):
     with refused(ParameterError, name, value):
         Gait.custom(phases, 0.7)

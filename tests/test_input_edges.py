@@ -230,9 +230,7 @@ def test_no_checkpoint_is_at_such_a_time(late: Any) -> None:
     [hp.HoldPosture(), hp.KinematicControl(GAIT), Hold()],
     ids=["hold", "walk", "tick"],
 )
-def test_a_run_does_not_begin_where_samples_do_not_advance_the_clock(
-    controller: Any, late: float
-) -> None:
+def test_a_run_does_not_begin_where_samples_do_not_advance_the_clock(controller, late):
     """It lost its samples, or was called diverged."""
     start = replace(stood(), time=late)
     with refused(ParameterError, "initial.time", late, allowed=(2e8, 0.002)):
@@ -377,9 +375,7 @@ def test_no_viewer_has_such_a_setting(name: str, values: list[Any]) -> None:
 @pytest.mark.parametrize(
     "settings", [{"force_scale": 1e3, "fps": 1e-3}, {"force_scale": 1e-9, "fps": 1e6}]
 )
-def test_pages_at_the_ends_of_the_ranges_are_finite(
-    tmp_path: Path, settings: dict[str, float]
-) -> None:
+def test_pages_at_the_ends_of_the_ranges_are_finite(tmp_path, settings):
     page = tmp_path / "page.html"
     force = np.full_like(WALK.foot_force, 1e150)
     with warnings.catch_warnings():

@@ -79,9 +79,7 @@ KINDS = {"pipe": _pipe, "device": _device, "folder": _folder, "huge": _huge}
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("reader", READERS)
-def test_what_is_no_regular_file_of_its_size_is_refused(
-    reader: str, kind: str, tmp_path: Path
-) -> None:
+def test_what_is_no_regular_file_of_its_size_is_refused(reader, kind, tmp_path):
     """A device without end filled 22 GB of memory, and a pipe was waited for for ever."""
     read, ending, error = READERS[reader]
     path = tmp_path / f"x{ending}"

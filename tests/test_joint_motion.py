@@ -188,9 +188,7 @@ def test_kinks_that_differ_by_rounding_are_one_knot(robot: hp.Robot) -> None:
         ),
     ],
 )
-def test_refusals_name_joint_time_value_and_range(
-    robot: hp.Robot, motion: dict[str, Any], name: str, value: Any, allowed: tuple[float, ...]
-) -> None:
+def test_refusals_name_joint_time_value_and_range(robot, motion, name, value, allowed):
     with refused(ParameterError, name, value, allowed=allowed):
         hp.motion.JointMotion(motion).plan(robot, 2.0)
 
@@ -254,9 +252,7 @@ def fields(plan: JointTrajectory, **changes: Any) -> dict[str, Any]:
         ({"kind": "septic"}, "kind", "septic", "'quintic'"),
     ],
 )  # fmt: skip
-def test_malformed_accelerations_are_refused(
-    robot: hp.Robot, changes: dict[str, Any], name: str, value: Any, about: str
-) -> None:
+def test_malformed_accelerations_are_refused(robot, changes, name, value, about):
     step = hp.motion.Step(start=0.25, end=0.75, initial=0.0, final=0.1)
     plan = hp.motion.JointMotion({"lf_coxa_joint": step}).plan(robot, 0.9)
     with refused(ParameterError, f"JointTrajectory.{name}", value, about=(about,)):

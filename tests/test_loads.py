@@ -88,9 +88,7 @@ def test_a_payload_equals_the_robot_built_with_it(robot: hp.Robot, built: hp.Rob
         np.testing.assert_allclose(ours["com"], wanted["com"], rtol=0, atol=1e-12)
 
 
-def test_a_run_with_a_payload_equals_that_of_the_robot_built_with_it(
-    robot: hp.Robot, built: hp.Robot
-) -> None:
+def test_a_run_with_a_payload_equals_that_of_the_robot_built_with_it(robot, built):
     """Standing under load; with mass, centre of mass and energy of the trace."""
     scene = hp.Scene(robot, loads=[BOX, TOOL])
     theirs = hp.Scene(built, servo=scene.servo, stops=scene.stops)

@@ -103,9 +103,7 @@ def test_a_negative_scale_mirrors_and_faces_still_look_outwards(tmp_path: Path, 
         ('<unit name="inch" meter="0.0254"/>', "X_UP", 0.0254),
     ],
 )
-def test_collada_has_its_unit_applied_and_keeps_its_axes(
-    tmp_path: Path, unit: str, up: str, length: float
-) -> None:
+def test_collada_has_its_unit_applied_and_keeps_its_axes(tmp_path, unit, up, length):
     """As RViz and Gazebo show it: <up_axis> turns nothing. The node's place is in the unit too."""
     path = tmp_path / "part.dae"
     path.write_text(collada(unit, up))
@@ -168,9 +166,7 @@ RED_5, BLUE_5 = 31, 31 << 10
         ([0] * 4, b"COLOR=\x33\x33\x33 MATERIAL=", (0.2, 0.2, 0.2)),
     ],
 )
-def test_colors_of_binary_stl(
-    tmp_path: Path, bits: list[int], header: bytes, color: tuple[float, ...] | None
-) -> None:
+def test_colors_of_binary_stl(tmp_path, bits, header, color):
     path = tmp_path / "part.stl"
     path.write_bytes(binary_stl(bits, header))
     found = read_mesh(path).color
@@ -198,9 +194,7 @@ def test_a_binary_stl_that_begins_with_solid(tmp_path: Path) -> None:
         ("part.step", b"ISO-10303-21;", (".stl, .dae",)),
     ],
 )
-def test_unusable_files_are_refused_by_name(
-    tmp_path: Path, name: str, data: bytes | None, about: tuple[str, ...]
-) -> None:
+def test_unusable_files_are_refused_by_name(tmp_path, name, data, about):
     """The reason has one of the texts."""
     if data is not None:
         (tmp_path / name).write_bytes(data)

@@ -49,8 +49,6 @@ def test_two_runs_that_agree_by_chance_are_not_taken_for_right() -> None:
         (859092696, 61, 1e-3, "hops of 7 um, far below the tolerance, that carry it on: x3.1"),
     ],
 )
-def test_scenes_that_were_once_missed_without_a_word(
-    seed: int, index: int, accuracy: float, once: str
-) -> None:
+def test_scenes_that_were_once_missed_without_a_word(seed, index, accuracy, once):
     """Each for another reason."""
     require_kept(seed, index, "extrapolated-euler", accuracy, (1e-9, 1e-3 * accuracy))
