@@ -85,20 +85,6 @@ def test_force_and_blocks_of_every_pair(normal: str, friction: str, tmp_path) ->
         assert stiffness == pytest.approx(-np.imag(moved) / 1e-40, rel=1e-11, abs=size)
 
 
-def test_hc33_denormal_state_of_every_pair(tmp_path) -> None:
-    """HC33: depth and velocity of 1e-310: no NaN in force or blocks, force below 1e-300."""
-    robot = vehicles.particle(tmp_path)
-    state = vehicles.state(robot, -1e-310, (1e-310, -1e-310, -1e-310))
-    for normal in NORMAL.values():
-        for friction in FRICTIONS.values():
-            contact = hp.Contact(normal=normal, friction=friction)
-            plant = native_plant(hp.Scene(robot, contact=contact, servo=vehicles.LIMP))
-            found = _native.evaluate(plant, state.q, state.v, np.zeros(0))
-            assert np.abs(found["foot_force"]).max() < 1e-300
-            for name in ("foot_damping", "foot_stiffness", "acceleration"):
-                assert np.isfinite(found[name]).all()
-
-
 def test_laws_and_presets_survive_toml() -> None:
     laws = [hp.Contact(normal=law, friction=FRICTION["tanh"]) for law in NORMAL.values()]
     laws += [hp.Contact(normal=NORMAL["hertz"], friction=law) for law in FRICTIONS.values()]

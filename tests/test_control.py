@@ -94,15 +94,6 @@ def test_knots_are_closer_for_a_fast_gait(robot: Robot) -> None:
     np.testing.assert_allclose(planned, exact, atol=1e-6)
 
 
-def test_steady_window_repeats_every_cycle(robot: Robot) -> None:
-    plan = KinematicControl(Gait.ripple(stroke=0.1, turn_rate=0.05)).plan(robot, 12.0)
-    spline = CubicHermiteSpline(plan.time, plan.q, plan.v, axis=0)
-    time = np.linspace(plan.steady_from, plan.steady_until - 2.4, 700)
-    np.testing.assert_allclose(spline(time + 2.4), spline(time), atol=2e-6)  # knots differ
-    before = spline(np.array([plan.steady_from - 2.4]))
-    assert np.abs(before - spline(np.array([plan.steady_from]))).max() > 1e-3
-
-
 def test_stop_ends_standing_and_ends_the_steady_window_early(robot: Robot) -> None:
     plan = KinematicControl(Gait.tetrapod(stroke=0.1), stop_at=14.4).plan(robot, 16.0)
     assert plan.time[-1] == pytest.approx(14.4, abs=1e-12)  # the last angles stay

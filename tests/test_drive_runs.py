@@ -178,14 +178,6 @@ def test_methods_agree_at_their_orders() -> None:
         assert fine < coarse / 4.0  # of first order: 8
 
 
-def test_limp_joint_with_friction_keeps_still() -> None:
-    """No gains: nothing moves a joint at rest, and a moving one only loses speed."""
-    still = run("extrapolated-euler", motor=friction(0.01))
-    assert not still.v.any()
-    moving = run("extrapolated-euler", rate=1.0, motor=friction(0.001))
-    assert (np.diff(moving.v[:, -1]) <= 0.0).all()
-
-
 def test_summaries_and_tables_know_the_motor() -> None:
     """A motor too weak for the walk: at its limit for the time the counters say."""
     robot = hp.load_robot("kharagpur")

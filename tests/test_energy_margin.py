@@ -54,19 +54,6 @@ def test_sloping_edge_by_turning_about_it(slope: float) -> None:
     assert edge_rise(first, second, com, UP) == pytest.approx(expected, abs=1e-9)
 
 
-@pytest.mark.parametrize("slope", [0.1, 0.4])
-def test_printed_formula(slope: float) -> None:
-    """|R| (1 - cos theta) cos psi with angles measured as they are defined."""
-    first, second = np.array([0.2, -0.3, 0.0]), np.array([0.2, 0.4, 0.7 * slope])
-    com = np.array([0.0, 0.05, 0.25])
-    edge = (second - first) / np.linalg.norm(second - first)
-    R = com - first - np.dot(com - first, edge) * edge
-    across = np.cross(edge, UP) / np.linalg.norm(np.cross(edge, UP))  # normal of its vertical plane
-    theta = np.arcsin(abs(np.dot(R, across)) / np.linalg.norm(R))
-    expected = np.linalg.norm(R) * (1.0 - np.cos(theta)) * np.cos(np.arctan(slope))
-    assert edge_rise(first, second, com, UP) == pytest.approx(expected, rel=1e-12)
-
-
 def test_outside_it_is_what_has_been_lost() -> None:
     """On the boundary 0; beyond an edge minus the rise back to it."""
     z, d = 0.1, 0.05

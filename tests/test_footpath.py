@@ -135,13 +135,6 @@ def test_straight_stance_is_a_straight_line_of_one_stroke_at_constant_speed(name
         assert reach.max() == pytest.approx(-reach.min(), abs=0.002 * gait.stroke)
 
 
-def test_steady_speed_of_the_body() -> None:
-    path = FootPath(Gait.tetrapod(heading=0.6), NEUTRAL)
-    travelled = np.diff(path.body_pose(np.array([4.8, 7.2])), axis=0)[0]
-    ahead = 2.4 * 0.0875  # S2: 0.21 m per cycle
-    np.testing.assert_allclose(travelled, (ahead * np.cos(0.6), ahead * np.sin(0.6), 0), atol=1e-14)
-
-
 def test_turning_body_follows_a_circle() -> None:
     """The plan of the body satisfies x' = v cos, y' = v sin, yaw' = rate (finite differences)."""
     gait = Gait.tetrapod(turn_rate=0.2, heading=0.3)

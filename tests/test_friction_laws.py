@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from contact_formulas import FRICTION, numpy_friction
 from refusals import refused
-from vehicles import HARD_CASES
 
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError
@@ -116,21 +115,6 @@ def test_creep_of_adams_friction_with_the_second_papers_numbers() -> None:
     creep = [1e3 * law.creep_speed(load) for load in (0.01, 0.05, 0.0875, 0.1, 0.2)]
     assert creep == pytest.approx([2.2, 11.2, 19.7, 22.6, 48.2], abs=0.05)  # one decimal printed
     assert law.creep_speed(0.3) == pytest.approx(0.1, rel=1e-12)
-
-
-@pytest.mark.parametrize("tangent", HARD_CASES["HC06_slope_tanh"]["ref"]["below_mu"])
-def test_hc06_creep_of_tanh_friction(tangent: str) -> None:
-    """HC06: atanh(tan/mu)/kt, for every slope of the catalogue."""
-    expected = float(HARD_CASES["HC06_slope_tanh"]["ref"]["below_mu"][tangent]["creep_speed"])
-    law = hp.contact.TanhCoulomb(mu=0.5, slope=1000.0)
-    # atanh near 1 enlarges the rounding of tan/mu by 1/(1 - tan/mu), 5000 at most here
-    assert law.creep_speed(float(tangent)) == pytest.approx(expected, rel=1e-12)
-
-
-def test_hc06_at_and_above_the_friction_angle_there_is_no_creep_speed() -> None:
-    law = hp.contact.TanhCoulomb(mu=0.5, slope=1000.0)
-    assert math.isinf(law.creep_speed(0.5))
-    assert math.isinf(law.creep_speed(0.51))
 
 
 def test_drift_bench_of_the_physics_notes() -> None:

@@ -127,17 +127,13 @@ def walk_model() -> RigidModel:
     return rigid_robot("kharagpur", 0.0)
 
 
-@pytest.mark.parametrize("stiffness", [1e6, 1e8])
-def test_the_core_tends_to_it_in_a_tripod(stiffness: float) -> None:
-    """Difference of foot forces 3.3e-3 of the weight at 1e6 N/m, falling like 1/K."""
-    assert tripod(stiffness).force == pytest.approx(3.28e3 / stiffness, rel=0.03)
+def test_the_core_tends_to_it() -> None:
+    """At 1e6 N/m forces differ by 3.3e-3 of the weight, torques by 0.0098 N m.
 
-
-def test_the_core_tends_to_it_along_a_slow_gait() -> None:
-    """Torques differ by 0.0098 N m at 1e6 N/m and by a hundredth of that at 1e8."""
-    soft, stiff = slow_gait(1e6), slow_gait(1e8)
-    assert soft.torque == pytest.approx(9.77e-3, rel=0.02)
-    assert stiff.torque < 1.2e-4
+    From there to 1e8 N/m they fall by a hundred: `tripod-order` and `gait-limit` of `verify`.
+    """
+    assert tripod(1e6).force == pytest.approx(3.28e-3, rel=0.03)
+    assert slow_gait(1e6).torque == pytest.approx(9.77e-3, rel=0.02)
 
 
 def test_what_cannot_be_walked_is_refused() -> None:

@@ -141,6 +141,8 @@ def test_every_key_with_a_value_of_every_type(name: str) -> None:
         (("robot", "options"), {"repair": datetime.date(2020, 1, 1)}, "LoadOptions.repair"),
         (("terrain",), [], "scene.terrain"), (("terrain", "kind"), [], "terrain.kind"),
         (("loads",), {}, "scene.loads"), (("loads", 0, "kind"), {}, "loads[0].kind"),
+        (("loads", 0, "kind"), "anchor", "loads[0].kind"),
+        (("loads", 0, "mass"), DROPPED, "loads[0].mass"),
         (("contact",), True, "scene.contact"), (("body_contact",), "yes", "scene.body_contact"),
         (("schema",), 2, "scene.schema"), (("gravitation",), [0.0, 0.0, 0.0], "scene.gravitation"),
         (("servo",), DROPPED, "scene.servo"),

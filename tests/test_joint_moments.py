@@ -13,8 +13,6 @@ from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.results.run_record import RunCase
 
 G = 9.81
-L1, L2 = 0.0835, 0.11934  # m, S2's coxa and femur
-COXA, FEMUR, TIBIA = 0.150, 0.041, 0.110  # kg, S2's links; each at its middle (assumed)
 LEGS = ("lf", "lm", "lr", "rf", "rm", "rr")
 
 
@@ -60,45 +58,6 @@ def test_standing_by_hand(stand: hp.Trace) -> None:
             joint = found.joint(f"{leg}_{('coxa', 'femur', 'tibia')[number]}_joint")
             assert rotation @ found.moment_vector[-1, joint] == pytest.approx(total, abs=1e-7)
             assert found.moment[-1, joint] == pytest.approx(np.linalg.norm(total), abs=1e-7)
-
-
-def test_middle_legs_from_the_table_of_masses(stand: hp.Trace) -> None:
-    """tau_2 = N L2 - g (m_femur L2/2 + m_tibia L2), with S2's printed numbers alone.
-
-    The stand sags by 6 mrad at most: levers are known to 1e-3 of L2, and the tangential force
-    times 0.1 m comes on top. Distal weight alone: 0.153 N m.
-    """
-    found = hp.results.joint_moments(stand)
-    relief = G * L2 * (0.5 * FEMUR + TIBIA)
-    assert relief == pytest.approx(0.153, abs=5e-4)
-    foot = stand.foot("lm_foot")
-    normal, outward = stand.foot_force[-1, foot, 2], stand.foot_force[-1, foot, 1]
-    height = 0.09879 + 0.01  # of the femur joint over the contact point
-    expected = normal * L2 + outward * height - relief
-    measured = found.axis_torque[-1, found.joint("lm_femur_joint")]
-    assert abs(measured) == pytest.approx(expected, abs=0.006 * normal * L2 + 0.006 * height * G)
-
-
-def test_total_moment_of_coxa_to_femur(stand: hp.Trace) -> None:
-    """Loads at L1 + L2 and at L2 from the joints: about 1.70, the links' weights aside.
-
-    The coxa's vertical axis takes none of it: its motor sees next to nothing of what it carries.
-    """
-    assert (L1 + L2) / L2 == pytest.approx(1.70, abs=1e-3)
-    found = hp.results.joint_moments(stand)
-    foot = stand.foot("rm_foot")
-    normal, outward = stand.foot_force[-1, foot, 2], -stand.foot_force[-1, foot, 1]
-    height = 0.09879 + 0.01
-    size = found.moment[-1]
-    coxa, femur = (size[found.joint(f"rm_{part}_joint")] for part in ("coxa", "femur"))
-    distal = G * np.array([0.5 * COXA * L1 + FEMUR * (L1 + 0.5 * L2) + TIBIA * (L1 + L2),
-                           L2 * (0.5 * FEMUR + TIBIA)])  # fmt: skip
-    loads = np.array([normal * (L1 + L2), normal * L2]) + outward * height
-    assert [coxa, femur] == pytest.approx(loads - distal, rel=0.01)  # sag of 6 mrad
-    assert (coxa + distal[0] - outward * height) / (femur + distal[1] - outward * height) == (
-        pytest.approx((L1 + L2) / L2, rel=0.01)
-    )
-    assert abs(found.axis_torque[-1, found.joint("rm_coxa_joint")]) < 0.01 * coxa
 
 
 def test_axis_torque_is_the_motors(stand: hp.Trace, walk: hp.Trace) -> None:

@@ -119,16 +119,6 @@ def test_the_robots_own_model_is_left_alone(robot: hp.Robot) -> None:
     assert scene.total_mass == pytest.approx(robot.total_mass + 0.8, rel=1e-15)
 
 
-def test_a_point_payload_raises_the_potential_energy(robot: hp.Robot) -> None:
-    """Gains m g h of a point above the base, turned upside down: sign, frame and unit."""
-    scene = hp.Scene(robot, loads=[hp.Payload("base_link", 2.0, (0.0, 0.0, 0.1))])
-    model = loaded_model(scene)
-    q = pin.neutral(model)
-    q[3:7] = (1.0, 0.0, 0.0, 0.0)  # half a turn about x
-    gain = [pin.computePotentialEnergy(m, m.createData(), q) for m in (model, robot.model)]
-    assert gain[0] - gain[1] == pytest.approx(2.0 * 9.81 * -0.1, rel=1e-12)
-
-
 def test_loads_in_the_cores_terms(robot: hp.Robot) -> None:
     """A push on a link fixed to the tibia acts on the tibia's joint, 98.79 mm down its x axis."""
     push = hp.Push("rr_foot", (0.0, 0.01, 0.0), force=(1.0, 2.0, 3.0), start=0.1, duration=0.25)
@@ -162,21 +152,6 @@ def test_toml(robot: hp.Robot) -> None:
     assert not {"loads", "body_contact"} & set(hp.Scene(robot).to_dict())
     assert "body contact: the trunk is as large as it is drawn" in scene.assumed
     assert "payload of 0.05 kg on lf_foot: a point mass" in scene.assumed
-
-
-@pytest.mark.parametrize(
-    ("text", "name"),
-    [
-        ('loads = [{kind = "anchor"}]', "loads[0].kind"),
-        ('loads = [{kind = "payload", link = "base_link"}]', "loads[0].mass"),
-        ("loads = 3", "scene.loads"),
-        ('body_contact = "yes"', "scene.body_contact"),
-    ],
-)
-def test_bad_toml_is_refused_by_name(robot: hp.Robot, text: str, name: str) -> None:
-    with pytest.raises(ParameterError) as caught:
-        hp.Scene.from_toml(text + "\n" + hp.Scene(robot).to_toml())
-    assert caught.value.name == name
 
 
 @pytest.mark.parametrize(

@@ -95,14 +95,6 @@ def test_the_push_is_felt_where_it_begins_and_ends(robot):
         assert trace.com[:, 0] - trace.com[0, 0] == pytest.approx(travel, abs=tolerance), method
 
 
-def test_a_payload_weighs_on_the_feet(robot):
-    scene = hp.Scene(robot, loads=[hp.Payload("base_link", mass=0.4)])
-    trace = hp.simulate(scene, hp.HoldPosture(), duration=2.0, accuracy=1e-6)
-    weight = (robot.total_mass + 0.4) * 9.81
-    assert trace.foot_force[-1].sum(axis=0)[2] == pytest.approx(weight, rel=1e-4)
-    assert trace.run.robot.total_mass == pytest.approx(robot.total_mass + 0.4)
-
-
 def test_a_lost_leg_gives_no_torque(robot):
     lost = [robot.joint_index(joint) for joint in robot.leg("lm").joints]
     scene = hp.Scene(robot, loads=[hp.LostLeg("lm", start=0.4)])

@@ -38,15 +38,6 @@ def test_a_factor_on_one_link_leaves_the_others(robot):
     np.testing.assert_allclose(body(scene).mass, 2.0 * alone, rtol=1e-15)
 
 
-def test_gravity_torque_scales_with_the_factor(robot):
-    """An independent path: static joint torques are linear in all masses together."""
-    heavy = loaded_model(hp.Scene(robot, loads=[hp.loads.MassFactor(1.5)]))
-    q = robot.stand().q
-    ours = pin.computeGeneralizedGravity(heavy, heavy.createData(), q)
-    bare = pin.computeGeneralizedGravity(robot.model, robot.model.createData(), q)
-    np.testing.assert_allclose(ours, 1.5 * bare, rtol=1e-13, atol=1e-14)
-
-
 def test_what_was_put_on_can_be_taken_away(robot):
     """A point put on a link and removed again leaves the link as it was."""
     place = (0.02, -0.01, -0.03)
@@ -108,10 +99,3 @@ def test_a_case_keeps_them_and_its_trace_knows_the_masses(robot):
     ours = [y.mass for y in RecordedRobot.of(trace).model.inertias]
     np.testing.assert_allclose(ours, [y.mass for y in model.inertias], rtol=1e-15)
     np.testing.assert_allclose(trace.run.robot.total_mass, sum(ours), rtol=1e-12)
-
-
-def test_a_standing_robot_weighs_on_its_feet_by_its_factor(robot):
-    scene = hp.Scene(robot, loads=[hp.loads.MassFactor(1.2)])
-    trace = hp.simulate(scene, hp.HoldPosture(), duration=2.0, accuracy=1e-6)
-    force = trace.normal_force[-1].sum()
-    np.testing.assert_allclose(force, 1.2 * robot.total_mass * 9.81, rtol=1e-3)
