@@ -94,16 +94,12 @@ def test_runs_that_agree_far_better_than_tolerances_are_confirmed():
     assert not contradicted.kept and next_level([first, chance, contradicted]) == 16
 
 
-def test_a_difference_that_grows_widens_the_bounds_by_a_finite_factor():
-    """And one without an earlier one beside it, or with none at all, is as usual."""
+def test_a_difference_that_grows_or_has_no_gain():
+    """Bounds widen by a finite factor; a motion that amplifies errors is not run finer for ever."""
     grown = Comparison(4, 8, 2.0).after(Comparison(0, 4, 1.0))
     assert 10.0 < grown.error_ratio / Comparison(4, 8, 2.0).error_ratio < 100.0
     assert Comparison(4, 8, 2.0).after(Comparison(0, 4, 0.0)) == Comparison(4, 8, 2.0)
     assert Comparison(0, 4, 0.0).after(None).kept
-
-
-def test_two_runs_without_gain_end_the_search():
-    """A motion that amplifies any error is not run finer for ever."""
     flat = [Comparison(4 * k, 4 * k + 4, 50.0) for k in range(3)]
     assert next_level(flat[:1]) == 8 and next_level(flat[:2]) == 12
     assert next_level(flat) is None
@@ -167,17 +163,13 @@ def test_runs_follow_until_the_bound_is_within():
     )
 
 
-def test_runs_that_diverge_twice_are_an_error():
-    """One that diverges is run finer once."""
+def test_runs_that_diverge():
+    """One that does is run finer once; a finer one that does ends the search."""
     control = AccuracyControl(RunSettings.of(1.0, None, 1e-4, None, None))
     for level in (0, 4):
         control.take(level, StubRun(0.0, good=False))  # type: ignore[arg-type]
     with pytest.raises(hp.errors.DivergenceError):
         control.next_level()
-
-
-def test_a_finer_run_that_diverges_ends_the_search():
-    """It is not requested again; the accuracy is not met."""
     control = AccuracyControl(RunSettings.of(1.0, None, 1e-4, None, None))
     control.take(0, StubRun(1e-2))  # type: ignore[arg-type]
     control.take(4, StubRun(0.0))  # type: ignore[arg-type]

@@ -91,18 +91,13 @@ def test_what_will_do_is_passed_on(name: str, value: object):
     assert call(**{name: value}) == (value if name == "number" else 0.0)
 
 
-def test_an_iterator_is_not_used_up():
+def test_a_checked_call_is_otherwise_the_call_itself():
+    """An iterator is not used up; Python's own errors, signature and documentation stay."""
     numbers = iter([1, 2])
     call(taken=numbers)
     assert list(numbers) == [1, 2]
-
-
-def test_an_argument_that_does_not_exist_is_pythons_own_error():
     with refused(TypeError, about=("'numbre'",)):
         call(numbre=1.0)
-
-
-def test_signature_and_documentation_stay():
     assert list(inspect.signature(hp.simulate).parameters)[:2] == ["scene", "controller"]
     assert "Run a scene under a controller" in (hp.simulate.__doc__ or "")
 

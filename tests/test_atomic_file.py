@@ -56,17 +56,15 @@ def test_a_file_is_replaced_and_keeps_its_permissions(tmp_path: Path, content) -
 
 
 def test_a_new_file_has_the_usual_permissions(tmp_path: Path) -> None:
+    """One that must be new replaces none."""
     path = write_atomically(tmp_path / "a.txt", "new")
     (tmp_path / "plain").touch()
     assert path.stat().st_mode == (tmp_path / "plain").stat().st_mode
-
-
-def test_a_file_that_must_be_new_is_not_replaced(tmp_path: Path) -> None:
-    path = tmp_path / "a.txt"
+    path = tmp_path / "b.txt"
     write_atomically(path, "first", replace=False)
     with pytest.raises(FileExistsError):
         write_atomically(path, "second", replace=False)
-    assert (path.read_text(), left(tmp_path)) == ("first", ["a.txt"])
+    assert (path.read_text(), left(tmp_path)) == ("first", ["a.txt", "b.txt", "plain"])
 
 
 @pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT, errno.EIO])
@@ -216,16 +214,14 @@ def test_a_pipe_among_temporary_files_is_not_waited_for(tmp_path: Path) -> None:
     assert name in left(tmp_path) and (tmp_path / "precious").read_text() == "keys"
 
 
-def test_the_longest_name_that_a_file_can_have(tmp_path: Path) -> None:
-    path = tmp_path / ("\u00e9" * 127)  # 254 bytes
-    write_atomically(path, "x")
-    assert left(tmp_path) == [path.name]
-
-
-def test_text_that_is_no_unicode_is_refused(tmp_path: Path) -> None:
+def test_odd_names_and_texts(tmp_path: Path) -> None:
+    """The longest name of a file, 254 bytes; text that is no Unicode is refused."""
     with refused(TraceFileError, about=(str(tmp_path / "a"), "UTF-8")):
         write_atomically(tmp_path / "a", "\udcff")
     assert left(tmp_path) == []
+    path = tmp_path / ("\u00e9" * 127)  # 254 bytes
+    write_atomically(path, "x")
+    assert left(tmp_path) == [path.name]
 
 
 def test_writers_of_one_name_leave_one_whole_file(tmp_path: Path) -> None:

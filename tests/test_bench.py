@@ -63,6 +63,7 @@ def row(value: float, error: float, wall: float, **rest) -> BenchmarkRow:
 
 
 def test_distance_is_the_largest_of_place_turn_and_joints():
+    """The turn is that of the relative rotation, and knows both signs."""
     moved = STILL.copy()
     moved[1, :3] += (3e-3, 4e-3, 0.0)
     assert PositionError.between(moved, STILL).q == pytest.approx(4e-3, rel=1e-12)
@@ -73,9 +74,6 @@ def test_distance_is_the_largest_of_place_turn_and_joints():
     for angle in (1e-9, 1e-3, 2.0):
         away = PositionError.between(turned(angle, (0.0, 0.6, -0.8)), STILL)
         assert away == PositionError(pytest.approx(angle, rel=1e-6), 0.0)
-
-
-def test_turn_is_that_of_the_relative_rotation_and_knows_both_signs():
     a, b = pin.rpy.rpyToMatrix(0.3, -1.1, 2.0), pin.rpy.rpyToMatrix(-0.2, 0.4, 1.0)
     first, second = turned(0.0, (0.0, 0.0, 1.0)), turned(0.0, (0.0, 0.0, 1.0))
     first[2, 3:7], second[2, 3:7] = pin.Quaternion(a).coeffs(), -pin.Quaternion(b).coeffs()
@@ -175,10 +173,15 @@ def test_reference_of_hc40_soft_is_the_published_end_state():
     assert known_answer(built_in("stand"), reference) is None
 
 
-def test_a_reference_without_time_is_refused_with_what_was_tried():
+def test_what_cannot_be_measured_is_refused():
+    """A reference without time, with what was tried; methods and samples that are none."""
     tried = ("dop853", "ndf", "extrapolated-euler", "rk4")
     with refused(NoReferenceError, about=("stand", *tried, "0")):
         find_reference(replace(built_in("stand"), duration=0.01), max_wall=0.0)
+    with refused(UnknownNameError, kind="method", name="magic", about=("extrapolated-euler",)):
+        compare(built_in("walk"), ComparisonSettings(["magic"]))
+    with pytest.raises(ParameterError):
+        replace(built_in("walk"), sample=0.03)
 
 
 def test_sweeps_keep_to_what_a_method_allows():
@@ -208,15 +211,12 @@ def test_implicit_euler_on_hc40_is_first_order_and_costs_what_it_says():
     assert table.rows[0][1].endswith("(4k)")
 
 
-def test_a_run_that_diverges_is_a_row_that_says_so():
+def test_a_run_that_diverges_or_is_refused_is_a_row_that_says_so():
     task = built_in("hc40-soft")
     found = run_task(task, SolverSetting("rk4", 5e-3))
     assert not found.ended
     assert found.note.startswith("diverged after 0")
     assert math.isnan(found.distance(found).q)
-
-
-def test_a_refused_combination_is_a_note():
     scene = hp.Scene(
         hp.load_robot("kharagpur"),
         contact=hp.Contact(
@@ -319,10 +319,3 @@ def test_ctrl_c_writes_what_is_done_and_ends_with_130(run, monkeypatch: pytest.M
     assert (done.status, done.left) == (130, ["r.json"])
     assert [one["name"] for one in json.loads(Path("r.json").read_text())["scenes"]] == ["walk"]
     assert "interrupted" in done.err
-
-
-def test_errors_of_the_library_are_this_packages_own():
-    with refused(UnknownNameError, kind="method", name="magic", about=("extrapolated-euler",)):
-        compare(built_in("walk"), ComparisonSettings(["magic"]))
-    with pytest.raises(ParameterError):
-        replace(built_in("walk"), sample=0.03)

@@ -156,14 +156,12 @@ def test_what_engines_cannot_be_compared_on_is_refused(task, name, value, allowe
     assert "no other engines" in found.notes[0]
 
 
-def test_slopes_are_not_compared():
+def test_engines_that_cannot_take_part_are_named(monkeypatch):
+    """Those that are not installed; none on a slope."""
     task = built_in("stand")
     scene = replace(task.scene, terrain=hp.Slope(angle=0.1))
     with refused(ParameterError, "terrain", "slope"):
         Problem.of(replace(task, scene=scene))
-
-
-def test_engines_that_are_not_installed_are_named(monkeypatch):
     monkeypatch.setattr(rivals_module, "find_spec", lambda name: None)
     found = engine_entries(built_in("walk"), quick=True)
     assert found.notes == [

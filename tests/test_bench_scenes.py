@@ -23,9 +23,10 @@ from hexapod_pin.errors import GaitError, ParameterError, UnknownNameError
 from hexapod_pin.validation.cases.robots import BENCH19, robot_file
 
 
-def test_the_packaged_robot_is_its_table():
+def test_built_in_scenes_and_their_robot():
     assert robot_file("bench19").read_text() == BENCH19.urdf()
     assert BENCH19.total_mass == pytest.approx(0.65 + 6 * (0.15 + 0.041 + 0.11), abs=1e-12)
+    assert list(BUILT_IN) == ["walk", "stand", "hc40-soft", "hc40-mid", "hc40-stiff"]
 
 
 def test_hc40_soft_is_the_hard_case_itself():
@@ -96,10 +97,18 @@ def test_a_gait_is_held_from_sample_to_sample_for_all_engines():
     assert held_task(built_in("stand")).controller == built_in("stand").controller
 
 
-def test_set_points_that_begin_between_samples_are_refused():
+def test_what_no_scene_is_made_of_is_refused():
+    """Set-points between samples, names that are not there, a stroke that cannot be walked."""
     task = replace(built_in("walk"), sample=0.02, duration=0.1)
     with refused(ParameterError, "sample", 0.02):
         set_points(task)
+    with refused(UnknownNameError, kind="gait", name="gallop", about=("tetrapod",)):
+        find_task("kharagpur", SceneOptions(gait="gallop"))
+    kind = "benchmark scene or robot"
+    with refused(UnknownNameError, kind=kind, name="nothing", about=("hc40-soft", "athena")):
+        find_task("nothing", SceneOptions())
+    with refused(GaitError, quantity="stroke"):
+        find_task(str(robot_file("hexa_ref")), SceneOptions(gait="tripod", stroke=1.0))
 
 
 def test_a_scene_file_and_a_gait_name_a_task(tmp_path: Path):
@@ -129,20 +138,3 @@ def test_a_scene_file_and_a_gait_name_a_task(tmp_path: Path):
 def test_what_a_scene_does_not_take_is_refused(scene, options, name, value, allowed):
     with refused(ParameterError, name, value, allowed=allowed):
         find_task(scene, options)
-
-
-def test_names_that_are_not_there_are_refused_with_those_that_are():
-    with refused(UnknownNameError, kind="gait", name="gallop", about=("tetrapod",)):
-        find_task("kharagpur", SceneOptions(gait="gallop"))
-    kind = "benchmark scene or robot"
-    with refused(UnknownNameError, kind=kind, name="nothing", about=("hc40-soft", "athena")):
-        find_task("nothing", SceneOptions())
-
-
-def test_a_stroke_that_a_robot_cannot_walk_is_refused():
-    with refused(GaitError, quantity="stroke"):
-        find_task(str(robot_file("hexa_ref")), SceneOptions(gait="tripod", stroke=1.0))
-
-
-def test_built_in_scenes_are_the_five_of_the_study():
-    assert list(BUILT_IN) == ["walk", "stand", "hc40-soft", "hc40-mid", "hc40-stiff"]

@@ -24,10 +24,13 @@ def links(blueprint: Blueprint) -> dict[str, Link]:
     return parse_urdf(blueprint.urdf().encode(), blueprint.name).link_by_name
 
 
-def test_kg_mm2_is_a_millionth_of_kg_m2() -> None:
-    """1 kg at 1 m is 1 kg m^2 or 1e6 kg mm^2."""
+def test_numbers_and_their_units() -> None:
+    """1 kg at 1 m is 1e6 kg mm^2; text reads back exactly, without a negative zero."""
     assert kg_mm2(1e6, 2e6, 0.5) == (1.0, 2.0, 5e-7)
     assert mm(83.5, 1000.0) == (0.0835, 1.0)
+    assert [number(x) for x in (-0.0, 6.0, 0.1, math.pi / 2)] == [
+        "0", "6", "0.1", "1.5707963267948966",
+    ]  # fmt: skip
 
 
 def test_solids_equal_a_cloud_of_points() -> None:
@@ -44,15 +47,8 @@ def test_solids_equal_a_cloud_of_points() -> None:
     assert rod_inertia(0.15, 0.2, 0.015) == pytest.approx(expected, rel=3e-5)
 
 
-def test_total_masses() -> None:
-    """S2 states 3.08746 kg; the assumed ATHENA-like set adds up to 8.25 kg."""
-    for name, mass in (("kharagpur", 3.08746), ("athena", 8.25)):
-        assert PAPER_ROBOTS[name].total_mass == pytest.approx(mass, rel=1e-12)
-        assert load_robot(name).total_mass == pytest.approx(mass, rel=1e-12)
-
-
-def test_kharagpur_inertias_are_remapped() -> None:
-    """Table 1's y is forward; the tibia's x runs along it: values in kg m^2 as in the file."""
+def test_kharagpur_is_that_of_s2() -> None:
+    """Table 1's y is forward, the tibia's x along it; the hip stands 98.79 mm above the foot."""
     expected = {
         "base_link": (1.28146, (0.0025185, 0.0166529, 0.0168972)),
         "lf_coxa": (0.15, (70.827e-6, 108.377e-6, 56.745e-6)),
@@ -63,14 +59,13 @@ def test_kharagpur_inertias_are_remapped() -> None:
     for name, (mass, moments) in expected.items():
         assert written[name].mass == pytest.approx(mass, rel=1e-15)
         assert written[name].moments == pytest.approx((*moments, 0, 0, 0), rel=1e-14)
-
-
-def test_kharagpur_geometry() -> None:
-    """Standing: foot 202.84 mm from the yaw axis, hip 98.79 mm above the foot's centre."""
     robot = load_robot("kharagpur")
     assert robot.stand().q[2] == pytest.approx(0.09879 + 0.010, abs=1e-12)
     assert KHARAGPUR.coxa.length + KHARAGPUR.femur.length == pytest.approx(0.20284, abs=1e-15)
     assert robot.effort_limit.tolist() == [6.0] * 18
+    for name, mass in (("kharagpur", 3.08746), ("athena", 8.25)):
+        assert PAPER_ROBOTS[name].total_mass == pytest.approx(mass, rel=1e-12)
+        assert load_robot(name).total_mass == pytest.approx(mass, rel=1e-12)
 
 
 def test_athena_is_the_assumed_set() -> None:
@@ -147,13 +142,6 @@ def test_posture_and_hips_are_checked() -> None:
     del hips["rm"]
     with refused(ParameterError, "Blueprint.hips", ("lf", "lm", "lr", "rf", "rr")):
         Blueprint(**fields | {"hips": hips})
-
-
-def test_numbers_read_back_exactly() -> None:
-    """Shortest round-trip text, no negative zero."""
-    assert [number(x) for x in (-0.0, 6.0, 0.1, math.pi / 2)] == [
-        "0", "6", "0.1", "1.5707963267948966",
-    ]  # fmt: skip
 
 
 def script() -> ModuleType:

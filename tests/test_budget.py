@@ -86,7 +86,7 @@ def test_energies_of_the_robot_are_those_of_its_joints_per_cycle() -> None:
 
 
 def test_cost_of_transport_of_a_known_walk() -> None:
-    """0.1 m/s over cycles of 1 s: energy / (weight x 0.1 m), both conventions."""
+    """0.1 m/s over cycles of 1 s: energy / (weight x 0.1 m), both conventions; backwards none."""
     budget = torque_budget(swinging(0.4))
     assert budget.distance == pytest.approx(0.1, rel=1e-9)
     assert budget.measured_speed == pytest.approx(0.1, rel=1e-9)
@@ -94,9 +94,6 @@ def test_cost_of_transport_of_a_known_walk() -> None:
     expected = budget.absolute_energy / (WEIGHT * 0.1)
     assert budget.cost_of_transport == pytest.approx(expected)
     assert budget.cost_of_transport_positive < budget.cost_of_transport
-
-
-def test_walking_backwards_is_a_negative_distance_without_cost_of_transport() -> None:
     budget = torque_budget(swinging(travel_direction=[-1.0, 0.0]))
     assert budget.distance == pytest.approx(-0.1)
     assert budget.cost_of_transport is None
@@ -121,21 +118,24 @@ def test_a_turning_walk_counts_its_distance_along_the_heading(side: float) -> No
 
 
 def test_the_window_is_whole_cycles_between_start_up_and_stop() -> None:
+    """Round-off and samples that miss the last cycle's end by half a spacing lose no cycle."""
     window = steady_window(swinging(steady_from=0.95, steady_until=3.8))
     assert window.cycles == 2
     assert (window.start, window.end) == (pytest.approx(0.95), pytest.approx(2.95))
-
-
-def test_a_cycle_that_ends_with_the_run_counts() -> None:
-    """Round-off and samples that miss the cycle's end by half a spacing lose no cycle."""
     trace = synthetic_trace(duration=4.9, sample=0.07, cycle_time=1.3, steady_from=1.0)
     assert steady_window(trace).cycles == 3
     assert steady_window(synthetic_trace(duration=0.3 * 7, cycle_time=0.3)).cycles == 3
 
 
-def test_too_short_a_run_says_how_long_it_must_be() -> None:
+def test_a_walk_that_is_too_short_says_how_long_it_must_be() -> None:
+    """3 s of the default gait: two cycles of 2.4 s to start; nothing lasts from 4.8 to 2.4 s."""
     with refused(ParameterError, "duration", 1.8, allowed=(2.0,), about=("3",)):
         torque_budget(synthetic_trace(duration=1.8))
+    robot = hp.load_robot("kharagpur")
+    trace = hp.simulate(hp.Scene(robot), hp.KinematicControl(hp.Gait.tetrapod()), duration=3.0)
+    for run in (trace, trace.summary):
+        with refused(ParameterError, "duration", 3.0, allowed=(7.2,), about=("4.8",)):
+            torque_budget(run)
 
 
 def test_a_held_posture_is_budgeted_over_the_second_half() -> None:
@@ -243,15 +243,6 @@ def test_json_holds_every_number_and_no_infinity() -> None:
 )
 def test_joint_kinds_by_name_or_place(names, feet, kinds):
     assert joint_kinds(names, feet) == kinds
-
-
-def test_a_walk_that_ends_before_it_is_steady_says_so() -> None:
-    """3 s of the default gait: two cycles of 2.4 s to start; nothing lasts from 4.8 to 2.4 s."""
-    robot = hp.load_robot("kharagpur")
-    trace = hp.simulate(hp.Scene(robot), hp.KinematicControl(hp.Gait.tetrapod()), duration=3.0)
-    for run in (trace, trace.summary):
-        with refused(ParameterError, "duration", 3.0, allowed=(7.2,), about=("4.8",)):
-            torque_budget(run)
 
 
 def test_turning_on_the_spot_has_energy_per_yaw_and_no_cost_of_transport() -> None:

@@ -141,14 +141,8 @@ def test_a_digest_is_of_the_meaning() -> None:
     assert len({case.digest for case in (plain, *others)}) == 1 + len(others)
 
 
-def test_cases_read_from_files_share_their_robot() -> None:
-    first, second = (hp.Case.from_toml(CASES["walk"].to_toml()) for _ in range(2))
-    assert first.scene.robot is second.scene.robot
-    other = hp.Case.from_toml(CASES["radius"].to_toml())
-    assert other.scene.robot.feet[0].radius == 0.03 / 7
-
-
-def test_a_robot_file_moves_with_its_case(tmp_path: Path) -> None:
+def test_robots_of_files(tmp_path: Path) -> None:
+    """Cases share one; its file moves with its case."""
     here, there = tmp_path / "here", tmp_path / "there"
     (here / "robots").mkdir(parents=True)
     shutil.copy(urdf_path("kharagpur"), here / "robots" / "mine.urdf")
@@ -162,6 +156,10 @@ def test_a_robot_file_moves_with_its_case(tmp_path: Path) -> None:
     (there / "robots" / "mine.urdf").write_text(text.replace("<robot", "<!-- --><robot", 1))
     with refused(ParameterError, "scene: robot.digest", scene.robot.digest):
         hp.load_case(there / "case.toml")
+    first, second = (hp.Case.from_toml(CASES["walk"].to_toml()) for _ in range(2))
+    assert first.scene.robot is second.scene.robot
+    other = hp.Case.from_toml(CASES["radius"].to_toml())
+    assert other.scene.robot.feet[0].radius == 0.03 / 7
 
 
 REFUSED = [

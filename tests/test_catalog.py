@@ -15,18 +15,14 @@ from hexapod_pin.errors import CatalogError, ParameterError, UnknownNameError
 CATALOG = hp.load_catalog()
 
 
-def test_values_of_the_data_sheet() -> None:
-    """AX-12A: 1.5 N m, 59 turns a minute, 54.6 g, 254 : 1, at 12 V (ROBOTIS e-Manual)."""
+def test_rows_and_values_of_the_catalogue() -> None:
+    """Seventy rows of thirty models, each with its source; AX-12A as in the ROBOTIS e-Manual."""
     record = CATALOG.get("ax-12a")
     assert record.name == "AX-12A at 12 V"
     assert record.stall_torque == 1.5
     assert record.no_load_speed == pytest.approx(59 * 2 * 3.14159265 / 60, rel=1e-5)
     assert (record.mass, record.gear_ratio, record.stall_current) == (0.0546, 254.0, 1.5)
     assert (record.price, record.rated_torque, record.winding_resistance) == (None, None, None)
-
-
-def test_rows_and_sources() -> None:
-    """Seventy rows of thirty models, each with its source; every number of speed is in rad/s."""
     assert (len(CATALOG), len(CATALOG.models)) == (70, 30)
     assert len({record.name for record in CATALOG}) == 70
     assert all(record.source for record in CATALOG)
@@ -35,8 +31,8 @@ def test_rows_and_sources() -> None:
     assert (min(speeds), max(speeds)) == (2.8274, 12.8805)
 
 
-def test_four_rows_are_inconsistent() -> None:
-    """Stall torque, current and speed of four rows imply an efficiency above one."""
+def test_flaws_of_rows_are_reported() -> None:
+    """Four rows imply an efficiency above one; others lack speed or mass; MG996R is uncertain."""
     flagged = {r.name: r for r in CATALOG if any("inconsistent" in flag for flag in r.flags)}
     assert set(flagged) == {
         "XC330-T181 at 9 V", "XC430-W150 at 9 V", "XC430-W150 at 11.1 V", "XC430-W150 at 12 V",
@@ -45,10 +41,6 @@ def test_four_rows_are_inconsistent() -> None:
     assert worst.implied_efficiency == pytest.approx(1.6 / 1.4 * 11.1003 / 12, rel=1e-12)
     assert "1.06" in worst.flags[0]
     assert worst.unusable is None  # its line is as published
-
-
-def test_doubtful_and_missing_numbers_are_reported() -> None:
-    """MG996R is uncertain; DRS-0201 has neither speed nor mass, STS3250 no mass."""
     assert "bench test" in CATALOG.get("MG996R").flags[0]
     lame = CATALOG.get("HerkuleX DRS-0201")
     assert {"no no-load speed is known", "no mass is known"} <= set(lame.flags)
@@ -61,7 +53,10 @@ def test_doubtful_and_missing_numbers_are_reported() -> None:
 
 
 def test_motor_is_the_line_of_the_row() -> None:
-    """At half the no-load speed and 0.9 of the voltage: (0.9 - 0.5) of the stall torque."""
+    """At half the no-load speed and 0.9 of the voltage: (0.9 - 0.5) of the stall torque.
+
+    Currents do not touch the line, and a servo takes the motor for all joints.
+    """
     record = CATALOG.get("AX-12A")
     motor = record.motor(0.9)
     assert (motor.stall_torque, motor.no_load_speed) == (1.5, 6.1785)
@@ -70,26 +65,21 @@ def test_motor_is_the_line_of_the_row() -> None:
     assert line == pytest.approx(0.6, rel=1e-12)
     assert motor.gear_ratio == 254.0
     assert motor.armature == pytest.approx(record.joint_armature, rel=1e-12)
-
-
-def test_currents_do_not_touch_the_line() -> None:
-    """No torque constant or resistance is built from the stall current: it may be anything."""
     record = CATALOG.get("XC430-W150", 12.0)
     other = record.model_copy(update={"stall_current": 100.0, "torque_constant": 1.0})
     assert other.motor(0.8) == record.motor(0.8)
+    robot = hp.load_robot("kharagpur")
+    servo = hp.Servo.for_robot(robot).model_copy(update={"motor": CATALOG.get("MG996R").motor()})
+    assert {motor.stall_torque for motor in servo.motors(robot) if motor} == {1.079}
 
 
-def test_published_armature_goes_before_the_estimate() -> None:
-    """MX-64: 0.0123 kg m^2 identified; through 200 : 1 the rotor has 3.1e-7 kg m^2."""
+def test_armature_is_published_or_estimated() -> None:
+    """Estimates have the time constants of rows with a published one (MX-64: 0.0123 kg m^2)."""
     record = CATALOG.get("MX-64", 12.0)
     assert record.assumed == ()
     assert "bam" in record.armature_source
     assert record.motor().rotor_inertia == pytest.approx(0.0123 / 200**2, rel=1e-12)
     assert record.motor().armature == pytest.approx(0.0123, rel=1e-12)
-
-
-def test_estimated_armature_follows_the_identified_servos() -> None:
-    """The assumed time constants are those of the rows with a published armature."""
     times: dict[str, list[float]] = {}
     for record in CATALOG:
         if (time := armature.mechanical_time(record)) is not None:
@@ -105,15 +95,8 @@ def test_estimated_armature_follows_the_identified_servos() -> None:
     assert "14 ms" in record.assumed[0]
 
 
-def test_motor_can_be_simulated_with() -> None:
-    """A servo takes the record's motor for all joints."""
-    robot = hp.load_robot("kharagpur")
-    servo = hp.Servo.for_robot(robot).model_copy(update={"motor": CATALOG.get("MG996R").motor()})
-    assert {motor.stall_torque for motor in servo.motors(robot) if motor} == {1.079}
-
-
 def test_names_and_voltages() -> None:
-    """A model with several voltages wants one; what is there is named."""
+    """A model with several voltages wants one; a supply between the rows takes the nearest."""
     assert CATALOG.get("XM430-W350", 14.8).stall_torque == 4.8
     assert CATALOG.get("xm430-w350 at 11.1 v").stall_torque == 3.8
     for voltage in (None, 13.0):
@@ -124,15 +107,15 @@ def test_names_and_voltages() -> None:
             CATALOG.get("XM430-W350", voltage)
     with refused(UnknownNameError, kind="motor", name="AX-12B", known=CATALOG.models):
         CATALOG.get("AX-12B")
-
-
-def test_supply_between_the_rows() -> None:
-    """The nearest row, with the supply over its voltage; outside the range it is refused."""
     record, ratio = CATALOG.supplied("XM430-W350", 13.0)
     assert (record.voltage, ratio) == (12.0, pytest.approx(13 / 12, rel=1e-15))
     assert CATALOG.supplied("AX-12A", 12.0)[1] == 1.0
     with refused(ParameterError, "voltage", 7.4, allowed=(10.0, 14.8)):
         CATALOG.supplied("XM430-W350", 7.4)
+    found = hp.load_catalog().at(24.0)
+    assert {row.name for row in found} == {"XH540-V150 at 24 V", "XH540-V270 at 24 V"}
+    with refused(ParameterError, "voltage", 13.37, allowed=(12.0, 14.8, 24.0)):
+        hp.load_catalog().at(13.37)
 
 
 def test_derating() -> None:
@@ -177,11 +160,3 @@ def test_a_written_catalogue_reads_back(tmp_path: Path) -> None:
     there = str(tmp_path / "none" / "mine.csv")
     with refused(CatalogError, source=there, line=0, column="", value=there):
         CATALOG.save(there)
-
-
-def test_rows_of_a_voltage() -> None:
-    """All of them and no other; a voltage that no row has is refused with those that there are."""
-    found = hp.load_catalog().at(24.0)
-    assert {row.name for row in found} == {"XH540-V150 at 24 V", "XH540-V270 at 24 V"}
-    with refused(ParameterError, "voltage", 13.37, allowed=(12.0, 14.8, 24.0)):
-        hp.load_catalog().at(13.37)

@@ -38,17 +38,14 @@ def test_units_of_the_header(tmp_path: Path) -> None:
     assert record.assumed == record.flags == ()
 
 
-def test_byte_order_mark_blank_lines_and_computed_columns(tmp_path: Path) -> None:
-    """As a spreadsheet writes it; columns that follow from others are read over."""
+def test_how_spreadsheets_write_files(tmp_path: Path) -> None:
+    """Byte order mark, blank lines; computed columns are read over; empty cells are unknown."""
     path = tmp_path / "motors.csv"
     text = f"{HEADER},no_load_speed_rpm,kt_output_Nm_per_A_est\r\n\r\n{GOOD},57.3,bad\r\n,,,,,,\r\n"
     path.write_bytes(b"\xef\xbb\xbf" + text.encode())
     (record,) = hp.load_catalog(path)
     assert (record.model, record.no_load_speed) == ("A", 6.0)
     assert record.flags == ("no stall current is known", "no source is known")
-
-
-def test_empty_cells_are_unknown(tmp_path: Path) -> None:
     (record,) = hp.load_catalog(_write(tmp_path, HEADER, "A,12,1.5,,"))
     assert (record.no_load_speed, record.mass) == (None, None)
     assert record.unusable is not None
@@ -141,7 +138,7 @@ def test_unknown_column(tmp_path: Path, column: str, hinted: set[str]) -> None:
     assert {name for name in ("maker", "`note`") if name in hint} == hinted
 
 
-def test_two_units_must_agree(tmp_path: Path) -> None:
+def test_files_that_are_not_there_or_contradict_themselves(tmp_path: Path) -> None:
     """6 rad/s are 57.3 turns a minute, not 60."""
     path = _write(tmp_path, f"{HEADER},no_load_speed_rpm", f"{GOOD},60")
     with refused(
@@ -149,6 +146,9 @@ def test_two_units_must_agree(tmp_path: Path) -> None:
         about=("no_load_speed_rad_s", "57.3"),
     ):  # fmt: skip
         hp.load_catalog(path)
+    for path in (tmp_path / "none.csv", tmp_path):
+        with refused(CatalogError, source=str(path), line=0, column="", value=str(path)):
+            hp.load_catalog(path)
 
 
 @pytest.mark.parametrize(
@@ -165,9 +165,3 @@ def test_file_that_is_none(tmp_path, data, line, value, about):
     path.write_bytes(data)
     with refused(CatalogError, source=str(path), line=line, column="", value=value, about=about):
         hp.load_catalog(path)
-
-
-def test_file_that_is_not_there(tmp_path: Path) -> None:
-    for path in (tmp_path / "none.csv", tmp_path):
-        with refused(CatalogError, source=str(path), line=0, column="", value=str(path)):
-            hp.load_catalog(path)

@@ -118,16 +118,13 @@ def test_a_saved_case_repeats_the_walk_to_the_bit(run: Run):
 
 
 def test_degrees_on_the_command_line_are_radians_inside(run: Run):
-    """--heading 90 walks to the left, --turn-rate 5 is 5 degrees per second."""
+    """--heading 90 walks to the left, --turn-rate 5 is 5 degrees a second; too short for tables."""
     options = "--duration 0.3 --heading 90 --turn-rate 5 --stroke 0.02 --no-html".split()
     done = run("walk", "kharagpur", "--gait", "tripod", "--cycle-time", "0.8", *options)
     assert (done.status, done.left) == (0, ["walk.nc"])
     walk = hp.load_trace("walk.nc").run.walk
     assert walk.travel_direction == pytest.approx((0.0, 1.0), abs=1e-12)
     assert walk.turn_rate == pytest.approx(math.radians(5.0))
-
-
-def test_walk_too_short_for_a_table_has_a_note_and_keeps_the_trace(run: Run):
     done = run(*WALK, "--duration", "0.5", "--no-html")
     assert (done.status, done.left) == (0, ["walk.nc"])
     assert done.err.startswith("no torque table: ")
@@ -297,16 +294,13 @@ def test_ctrl_c_before_the_simulation(run: Run, monkeypatch: pytest.MonkeyPatch)
     assert "Traceback" not in done.err
 
 
-def test_help_names_every_command_and_version_prints(run: Run):
+def test_help_and_version(run: Run):
+    """Help texts are written out, so that `--help` imports nothing; the lists stand elsewhere."""
     done = run("--help")
     assert done.status == 0
     for command in ("walk", "view", "budget", "check"):
         assert command in done.out
     assert run("--version").out == f"hexapod-pin {hp.__version__}\n"
-
-
-def test_help_of_walk_names_every_gait_method_and_contact(run: Run):
-    """Help texts are written out, so that `--help` imports nothing; the lists stand elsewhere."""
     text = run("walk", "--help").out
     assert "degrees" in text
     for name in (*GAITS, *METHODS, *PRESETS):

@@ -146,13 +146,19 @@ NOISY = hp.sensors.Sensors(
 )  # fmt: skip
 
 
-@pytest.mark.parametrize("method", ["extrapolated-euler", "dop853", "robust", "implicit-euler"])
-@pytest.mark.parametrize(("delay", "sensors"), [(0.0, hp.sensors.Sensors()), (0.0123, NOISY)])
+@pytest.mark.parametrize(
+    ("method", "delay", "sensors"),
+    [
+        ("extrapolated-euler", 0.0, hp.sensors.Sensors()), ("extrapolated-euler", 0.0123, NOISY),
+        ("dop853", 0.0, hp.sensors.Sensors()), ("robust", 0.0123, NOISY),
+        ("implicit-euler", 0.0123, NOISY),
+    ],
+)  # fmt: skip
 def test_a_cut_at_any_time_changes_no_bit(method, delay, sensors):
     controller = Yielding(delay=delay, sensors=sensors)
     duration, how = 0.06 if method == "dop853" else 0.3, METHODS[method]
     whole = run(controller, duration, method=method, **how)
-    for cut in (0.03, 0.036, 0.02 + 0.002):
+    for cut in (0.03, 0.02 + 0.002):
         first = run(controller, cut, method=method, **how)
         kept = hp.results.Checkpoint.from_dict(first.checkpoint.to_dict())
         second = run(controller, duration - cut, initial=kept, method=method, **how)

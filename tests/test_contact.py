@@ -92,15 +92,15 @@ def test_laws_and_presets_survive_toml() -> None:
         assert hp.Contact(**read_toml(tomli_w.dumps(contact.model_dump()))) == contact
 
 
-def test_presets_by_name() -> None:
+def test_presets() -> None:
+    """Only S2 prints its numbers. `accurate` delivers its restitution and does not creep."""
     assert hp.Contact.preset("s2") == hp.Contact.s2()
     with refused(UnknownNameError, kind="contact preset", name="s3", known=list(PRESETS)):
         hp.Contact.preset("s3")
-
-
-def test_presets_mark_what_is_assumed() -> None:
-    """Only S2 prints its numbers."""
     assert [name for name in PRESETS if not hp.Contact.preset(name).assumed] == ["s2"]
+    contact = hp.Contact.accurate()
+    assert contact.normal.delivered == pytest.approx(0.3, rel=1e-14)
+    assert contact.friction.creep_speed(0.69) == 0.0
 
 
 def test_first_papers_equation_with_and_without_the_exponent() -> None:
@@ -112,12 +112,6 @@ def test_first_papers_equation_with_and_without_the_exponent() -> None:
         assert float(law.force(1e-3, 0.1) / law.force(1e-3)) == pytest.approx(4.0, rel=1e-12)
     assert float(printed.force(2e-3) / printed.force(1e-3)) == pytest.approx(2.0, rel=1e-12)
     assert float(hertz.force(2e-3) / hertz.force(1e-3)) == pytest.approx(2.0**1.5, rel=1e-12)
-
-
-def test_accurate_delivers_its_restitution_and_does_not_creep() -> None:
-    contact = hp.Contact.accurate()
-    assert contact.normal.delivered == pytest.approx(0.3, rel=1e-14)
-    assert contact.friction.creep_speed(0.69) == 0.0
 
 
 STATIC, STIFF = {"mu_static": 0.3, "mu_dynamic": 0.4}, {"stiffness": 1e5}

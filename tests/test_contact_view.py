@@ -33,12 +33,8 @@ def contact(run: Run) -> Callable[..., tuple[int, str, str]]:
     return lambda *options: tuple(vars(run("contact", *options)).values())[:3]
 
 
-def test_table_of_the_documents_is_the_computed_one() -> None:
-    """docs/contact_laws.md holds every row of requested against delivered restitution."""
-    assert restitution_table() in (ROOT / "docs" / "contact_laws.md").read_text(encoding="utf-8")
-
-
-def test_command_and_script_print_the_same_table(contact) -> None:
+def test_the_table_of_restitution(contact) -> None:
+    """In the documents, from the command and from the script; with the closed form."""
     status, out, err = contact("--restitution")
     assert (status, err) == (0, "")
     script = subprocess.run(
@@ -48,9 +44,7 @@ def test_command_and_script_print_the_same_table(contact) -> None:
     assert out == script.stdout == restitution_table() + "\n"
     for name in DAMPING_RATIO:
         assert name in out
-
-
-def test_table_holds_the_closed_form() -> None:
+    assert restitution_table() in (ROOT / "docs" / "contact_laws.md").read_text(encoding="utf-8")
     row = next(line for line in restitution_table().splitlines() if "flores" in line)
     cells = [float(cell) for cell in re.findall(r"\d\.\d{4}", row)]
     assert cells == [0.0694, 0.1555, 0.2562, 0.4704, 0.6832, 0.7885, 0.8939, 0.9468]
@@ -67,13 +61,6 @@ def test_every_preset_and_kind_reports(name: str) -> None:
         assert str(part) in text
 
 
-def test_report_of_a_restitution_law_says_what_it_delivers() -> None:
-    law = named_law("restitution", ["restitution=0.2", "model=flores"])
-    text = report(law, mass=0.5, speed=0.1)
-    assert "requested 0.2" in text
-    assert text.count("0.1555") == 7  # this impact, the closed form, and five speeds
-
-
 def test_parameters_reach_the_law() -> None:
     law = named_law("kelvin-voigt", ["stiffness=1e4", "damping=7", "exponent=1.5"])
     assert law == hp.contact.KelvinVoigt(stiffness=1e4, damping=7.0, exponent=1.5)
@@ -81,6 +68,12 @@ def test_parameters_reach_the_law() -> None:
     assert (law.mu, law.mu_dynamic) == (0.4, 0.4)
     law = named_law("smooth-step", ["mu_static=0.4", "mu_dynamic=0.1"])
     assert (law.mu_static, law.mu_dynamic) == (0.4, 0.1)
+    law = named_law("restitution", ["restitution=0.2", "model=flores"])
+    text = report(law, mass=0.5, speed=0.1)
+    assert "requested 0.2" in text
+    assert text.count("0.1555") == 7  # this impact, the closed form, and five speeds
+    with refused(ParameterError, "accurate", "mu=1"):
+        named_law("accurate", ["mu=1"])
 
 
 @pytest.mark.parametrize(
@@ -146,11 +139,6 @@ def test_refusal_is_one_message_with_status_2(contact, tmp_path, options, culpri
     assert culprit in err
     assert "Traceback" not in err
     assert not list(tmp_path.iterdir())
-
-
-def test_named_law_refuses_a_preset_with_parameters() -> None:
-    with refused(ParameterError, "accurate", "mu=1"):
-        named_law("accurate", ["mu=1"])
 
 
 def test_every_law_is_in_the_command_and_in_the_documents() -> None:

@@ -94,16 +94,13 @@ def test_knots_are_closer_for_a_fast_gait(robot: Robot) -> None:
     np.testing.assert_allclose(planned, exact, atol=1e-6)
 
 
-def test_stop_ends_standing_and_ends_the_steady_window_early(robot: Robot) -> None:
+def test_the_steady_window_ends_with_the_stop_or_is_empty(robot: Robot, kharagpur: Robot) -> None:
     plan = KinematicControl(Gait.tetrapod(stroke=0.1), stop_at=14.4).plan(robot, 16.0)
     assert plan.time[-1] == pytest.approx(14.4, abs=1e-12)  # the last angles stay
     np.testing.assert_allclose(plan.q[-1] - robot.posture, 0.0, atol=1e-12)
     np.testing.assert_allclose(plan.v[-1], 0.0, atol=1e-12)
     # The first leg prepares 3.25 - 2/3 cycles before the stop: 3.42, so 3 whole cycles.
     assert plan.steady_until == pytest.approx(3 * 2.4)
-
-
-def test_run_that_ends_before_the_first_steady_cycle_has_an_empty_window(kharagpur: Robot) -> None:
     plan = KinematicControl(Gait.tripod()).plan(kharagpur, 3.0)
     assert plan.time[-1] == 3.0
     assert plan.steady_until <= plan.steady_from
@@ -213,7 +210,8 @@ def test_turning_too_fast_names_the_turn_rate(kharagpur: Robot) -> None:
     KinematicControl(Gait.tripod(stroke=0.0, turn_rate=limit)).plan(kharagpur, 10.0)
 
 
-def test_almost_straight_knee_is_refused_even_without_joint_limits(kharagpur: Robot) -> None:
+def test_postures_and_robots_that_cannot_walk_are_refused(kharagpur: Robot) -> None:
+    """A knee almost straight, even without joint limits; feet at different heights; no six legs."""
     posture = kharagpur.posture.copy()
     posture[[kharagpur.joint_index(f"{leg}_tibia_joint") for leg in LEG_ORDER]] = 0.02
     n = len(kharagpur.joint_names)
@@ -224,17 +222,11 @@ def test_almost_straight_knee_is_refused_even_without_joint_limits(kharagpur: Ro
     about = ("leg lf", "singular", "lf_coxa_joint", "lf_femur_joint", "lf_tibia_joint")
     with refused(GaitError, quantity="posture", limit=None, about=about):
         KinematicControl(Gait.tripod(stroke=0.0)).plan(free, 10.0)
-
-
-def test_feet_at_different_heights_are_refused(kharagpur: Robot) -> None:
     posture = kharagpur.posture.copy()
     posture[kharagpur.joint_index("rr_femur_joint")] -= 0.2
     uneven = dataclasses.replace(kharagpur, posture=posture)
     with refused(GaitError, quantity="posture", limit=None, about=("foot rr 0.02", "foot lf")):
         KinematicControl(Gait.tripod()).plan(uneven, 10.0)
-
-
-def test_robot_without_six_legs_cannot_walk(kharagpur: Robot) -> None:
     without = dataclasses.replace(kharagpur, legs=())
     with refused(GaitError, quantity="legs", limit=None, about=("kharagpur", "0", "4", "8")):
         KinematicControl(Gait.tripod()).plan(without, 10.0)
@@ -250,12 +242,18 @@ def test_bad_times_are_named(kharagpur: Robot, controller: Any) -> None:
         KinematicControl(Gait.tetrapod(), stop_at=3.0).plan(kharagpur, 10.0)
 
 
-def test_settings_rebuild_the_controller() -> None:
+def test_controllers_are_data() -> None:
     control = KinematicControl(Gait.wave(0.7, heading=0.2), stop_at=20.0)
     settings = control.to_dict()
     assert settings["kind"] == "kinematic"
     assert KinematicControl(Gait(**settings["gait"]), stop_at=settings["stop_at"]) == control
     assert "stop_at" not in KinematicControl(Gait.tripod()).to_dict()
+    assert HoldPosture().to_dict() == {"kind": "hold"}
+    assert HoldPosture({"a": 1}).to_dict() == {"kind": "hold", "q": {"a": 1.0}}
+    angles = np.array([0.1, 0.2])
+    hold = HoldPosture(angles)
+    angles[0] = 9.0
+    assert hold.to_dict() == {"kind": "hold", "q": [0.1, 0.2]}
 
 
 def test_hold_takes_posture_array_or_names(robot: Robot) -> None:
@@ -271,15 +269,6 @@ def test_hold_takes_posture_array_or_names(robot: Robot) -> None:
         np.testing.assert_array_equal(plan.v, np.zeros((2, n)))
         assert (plan.cycle_time, plan.steady_from, plan.steady_until) == (None, 0.0, 3.0)
         assert list(plan.time) == [0.0, 3.0]
-
-
-def test_hold_is_data() -> None:
-    assert HoldPosture().to_dict() == {"kind": "hold"}
-    assert HoldPosture({"a": 1}).to_dict() == {"kind": "hold", "q": {"a": 1.0}}
-    angles = np.array([0.1, 0.2])
-    hold = HoldPosture(angles)
-    angles[0] = 9.0
-    assert hold.to_dict() == {"kind": "hold", "q": [0.1, 0.2]}
 
 
 def test_hold_refuses_what_the_robot_cannot_take(kharagpur: Robot) -> None:

@@ -74,8 +74,8 @@ def test_arguments_are_quoted_visibly(options: tuple[str, ...], run: Run) -> Non
     assert not set("\x07\x1b\x9b\u202e") & set(found.out + found.err)
 
 
-def test_the_title_of_a_progress_bar_is_a_text(monkeypatch, capsys):
-    """Neither control characters nor square brackets of a name are acted on."""
+def test_titles_and_notes_are_texts(monkeypatch, capsys):
+    """Neither control characters nor square brackets of a name are acted on; meshes not drawn."""
     monkeypatch.setenv("FORCE_COLOR", "1")
     monkeypatch.setenv("COLUMNS", "200")
     for bar in (progress_bar, time_left_bar):
@@ -85,10 +85,6 @@ def test_the_title_of_a_progress_bar_is_a_text(monkeypatch, capsys):
         shown = capsys.readouterr().err
         assert r"\x1b]0;title\x07[bold]\u202e" in shown
         assert not set("\x07\u202e") & set(shown)
-
-
-def test_notes_of_the_viewer_are_visible(monkeypatch, capsys):
-    """The names of meshes that are not drawn stand in them."""
     found = SimpleNamespace(notes=["\x1b[31m\u202e.stl"], url="http://127.0.0.1:1/")
     monkeypatch.setattr(html, "live_viewer", lambda *_, **__: nullcontext(found))
     html.view(synthetic_trace(duration=0.1), duration=0.0, open_browser=False)

@@ -98,16 +98,12 @@ def test_switches_show_where_a_mode_ends() -> None:
 
 
 def test_beyond_the_no_load_speed_a_motor_only_brakes() -> None:
-    """The line crosses zero at 0.8 x 5 rad/s; far beyond it the cap holds."""
+    """The line crosses zero at 0.8 x 5 rad/s; a stuck joint breaks loose at level - |holding|."""
     drive = law()
     assert drive.motor_torque(0, 9.0, 4.0) == pytest.approx(0.0, abs=1e-15)
     assert drive.motor_torque(0, 9.0, 5.0) == pytest.approx(-0.4, abs=1e-15)
     assert drive.motor_torque(0, 9.0, 50.0) == -1.0
     assert drive.motor_torque(0, -9.0, 3.0) == -1.0  # braking: the cap, not the line
-
-
-def test_stuck_joint_breaks_loose_at_the_level() -> None:
-    """The switch of a stuck joint is level - |holding|."""
     drive, mode = law(), native.DriveMode()
     mode.friction = FRICTION.stuck
     assert drive.switches(0, mode, 0.0, 0.0, 0.0, -0.15)[-1] == pytest.approx(0.05)

@@ -23,15 +23,11 @@ def turned(point: NDArray[np.float64], axis: NDArray[np.float64], angle: float) 
 
 
 def test_level_ground() -> None:
-    """A square of half side d under a centre of mass at z: sqrt(z^2 + d^2) - z."""
+    """sqrt(z^2 + d^2) - z for an edge at d; small margins keep their digits."""
     d, z = 0.2, 0.0988
     assert nesm(d * SQUARE, [0.0, 0.0, z]) == pytest.approx(np.hypot(z, d) - z, abs=1e-15)
     near = nesm(d * SQUARE, [0.15, 0.0, z])
     assert near == pytest.approx(np.hypot(z, 0.05) - z, abs=1e-15)
-
-
-def test_the_level_formula_is_the_general_one() -> None:
-    """|R| (1 - cos theta) cos psi with psi = 0; small margins keep their digits."""
     for d in (0.3, 0.01, 1e-6, 1e-9):
         z = 0.1
         first, second = np.array([d, -1.0, 0.0]), np.array([d, 2.0, 0.0])
@@ -55,13 +51,10 @@ def test_sloping_edge_by_turning_about_it(slope: float) -> None:
 
 
 def test_outside_it_is_what_has_been_lost() -> None:
-    """On the boundary 0; beyond an edge minus the rise back to it."""
+    """On the boundary 0, beyond an edge minus the rise back; of two points, one, or none."""
     z, d = 0.1, 0.05
     for x, expected in ((1.0, 0.0), (1.0 + d, z - np.hypot(z, d)), (1.0 - d, np.hypot(z, d) - z)):
         assert nesm(SQUARE, [x, 0.0, z]) == pytest.approx(expected, abs=1e-15)
-
-
-def test_too_few_points() -> None:
     z = 0.1
     assert nesm(np.zeros((0, 3)), [0.0, 0.0, z]) == -np.inf
     assert nesm([[0.3, 0.4, 0.0]], [0.0, 0.0, z]) == pytest.approx(z - np.hypot(z, 0.5))
@@ -70,15 +63,11 @@ def test_too_few_points() -> None:
     assert nesm(pair, [0.0, 0.2, z]) == 0.0
 
 
-def test_inner_feet_make_no_edge() -> None:
-    """Diagonals and a foot inside the polygon bound nothing."""
+def test_what_changes_no_margin() -> None:
+    """Feet inside the polygon; the world turned or mirrored with gravity; samples together."""
     with_inner = np.vstack([SQUARE, [[0.05, 0.0, 0.0]]])
     com = np.array([0.0, 0.0, 0.3])
     assert nesm(with_inner, com) == pytest.approx(float(nesm(SQUARE, com)), abs=1e-15)
-
-
-def test_turning_the_world_changes_nothing() -> None:
-    """Gravity, feet and centre of mass turned together; and mirrored."""
     rng = np.random.default_rng(2)
     points, com = rng.normal(size=(5, 3)) * [0.3, 0.3, 0.05], np.array([0.02, -0.03, 0.2])
     before = nesm(points, com)
@@ -88,9 +77,6 @@ def test_turning_the_world_changes_nothing() -> None:
     assert after == pytest.approx(float(before), abs=1e-14)
     mirror = np.array([1.0, -1.0, 1.0])
     assert nesm(points * mirror, com * mirror) == pytest.approx(float(before), abs=1e-15)
-
-
-def test_samples_together_are_samples_one_by_one() -> None:
     rng = np.random.default_rng(4)
     points, com = rng.normal(size=(30, 6, 3)) * [0.3, 0.3, 0.02], np.array([0.0, 0.0, 0.2])
     down = rng.random((30, 6)) < 0.7

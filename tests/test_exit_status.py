@@ -126,11 +126,18 @@ def test_a_row_of_a_study(cell: str, status: int, tmp_path: Path, capsys) -> Non
     capsys.readouterr()
 
 
-def test_a_row_of_several_runs_says_how_many_missed() -> None:
+def test_rows_of_several_runs_and_entries_without_a_row(monkeypatch) -> None:
     good = StressOutcome("a", 1e-3, finite=True, gain=0.0, rise=0.0, injection=0.0, iterations=1.0)
     lost = StressOutcome("b", 1e-3, finite=False)
     rows = stress_table({1e-3: [good, good], 2e-3: [good, lost], 5e-4: [lost]}).rows
     assert [row[-1] for row in rows] == ["pass", "FAIL: 1 of 2 runs", "FAIL: 1 of 1 runs"]
+    entry = ExpectedFailure("HC01", "no such number", "rk4, step 1 ms", "hard", 1e-3)
+    monkeypatch.setattr(
+        expected_failures, "expected_failures",
+        lambda: {(entry.case, entry.what, entry.method): entry},
+    )  # fmt: skip
+    [result] = hard_suite.entries_without_row([])
+    assert result.failed and "no such row" in result.note
 
 
 def test_the_registry_names_rows_that_can_be() -> None:
@@ -149,13 +156,3 @@ def test_the_registry_names_rows_that_can_be() -> None:
         assert len(entry.reason) > 10 and 0.0 < entry.reached < math.inf
     first, *others = entries
     assert [(e.case, e.what, e.method) for e in unused_entries(others)] == [first]
-
-
-def test_an_entry_without_its_row_fails_the_suite(monkeypatch) -> None:
-    entry = ExpectedFailure("HC01", "no such number", "rk4, step 1 ms", "hard", 1e-3)
-    monkeypatch.setattr(
-        expected_failures, "expected_failures",
-        lambda: {(entry.case, entry.what, entry.method): entry},
-    )  # fmt: skip
-    [result] = hard_suite.entries_without_row([])
-    assert result.failed and "no such row" in result.note

@@ -153,14 +153,11 @@ ALONE: dict[str, tuple[Break, str, str]] = {
 }
 
 
-def test_more_than_forty_kinds() -> None:
+def test_all_at_once_in_one_pass() -> None:
+    """More than forty kinds; a fault of one kind hides none of another."""
     kinds = {kind for _, kind, _ in [*TOGETHER.values(), *ALONE.values()]}
     assert len(kinds) >= 41
     assert find_all(parse_urdf(SOUND.encode(), "sound"), NoMeshes()) == []
-
-
-def test_all_at_once_in_one_pass() -> None:
-    """A fault of one kind hides none of another."""
     findings = find_all(broken(*(change for change, _, _ in TOGETHER.values())), NoMeshes())
     missing = {
         name for name, (_, kind, place) in TOGETHER.items()
@@ -182,14 +179,11 @@ def test_equal_findings_are_one_block() -> None:
     assert "velocity 0 rad/s" in lines[2]
 
 
-def test_text_before_the_declaration_is_read_and_reported() -> None:
+def test_oddities_of_the_text_are_read_and_reported() -> None:
+    """Text before the declaration; prefixes left over from xacro or Gazebo."""
     file = parse_urdf(("<!-- (c) -->\n" + SOUND).encode(), "x")
     assert [x.what for x in find_all(file, None)] == ["text before XML"]
     assert file.text == SOUND
-
-
-def test_unbound_prefixes_are_read_and_reported() -> None:
-    """Left over from xacro or Gazebo: ElementTree alone would raise."""
     text = SOUND.replace("</robot>", "<gazebo:plugin xacro:if='1'/></robot>")
     file = parse_urdf(text.encode(), "x")
     values = {x.value for x in find_all(file, None) if x.what == "unbound prefix"}

@@ -193,18 +193,14 @@ def test_a_gait_that_the_robot_cannot_walk_is_refused_as_in_open_loop():
     assert limits[0] == limits[1] > 0.2
 
 
-def test_legs_without_stiffness_are_refused():
-    """Their feet follow no set-point; 1 / kp would poison the anticipation."""
+def test_what_feet_cannot_follow_is_refused():
+    """Legs without stiffness: 1 / kp would poison the anticipation; commands out of reach."""
     scene = hp.Scene(
         robot("athena"), servo=hp.Servo(kp={"coxa": 0.0, "femur": 9.0, "tibia": 9.0}, kd=1.0)
     )
     control = hp.FootControl(hp.Gait.tripod(), slip=hp.foot_control.SlipPid())
     with refused(hp.errors.ParameterError, "Servo.kp", 0.0, allowed=(0,)):
         hp.simulate(scene, control, duration=0.1)
-
-
-def test_a_command_that_leads_out_of_reach_ends_in_a_reach_error():
-    """What a velocity command will ask for is known only when its time comes."""
     far = hp.motion.VelocityCommand(time=[0.0], forward=[0.5])
     control = hp.FootControl(hp.KinematicControl(hp.Gait.tripod(), velocity=far))
     with refused(hp.errors.ReachError) as caught:

@@ -37,15 +37,11 @@ def corrections(sizes, **gains):
     return found[:, 0] @ ALONG
 
 
-def test_proportional_and_integral_parts_of_a_constant_error():
-    """That is kp e + ki e n T at the n-th tick."""
+def test_parts_of_the_pid():
+    """Kp e + ki e n T; of a ramp of slope a: kd a (1 - (tau / (tau + T))^n), none at first."""
     n = np.arange(1, 41)
     found = corrections([2.0] * 40, kp=1e-4, ki=2e-3, limit=1.0)
     assert found == pytest.approx(1e-4 * 2.0 + 2e-3 * 2.0 * n * T, rel=1e-9)
-
-
-def test_the_derivative_is_filtered():
-    """Of a ramp of slope a: kd a (1 - (tau / (tau + T))^n) after n differences; none at first."""
     a, tau, kd = 30.0, 0.02, 1e-5
     n = np.arange(40)
     found = corrections(a * T * n, kp=0.0, ki=0.0, kd=kd, derivative_time=tau, limit=1.0)
@@ -156,10 +152,19 @@ def travels(extra, period: float = T, **settings):
 
 
 def test_static_travel_is_load_over_stiffness():
+    """A foot that bears nothing reaches down; at its stop the suspension rests, and leaves it."""
     found = travels([2.0] * 600, stiffness=400.0, frequency=4.0)
     assert found[-1] == pytest.approx(2.0 / 400.0, rel=1e-9)
     found = travels([-2.0] * 600, stiffness=400.0, frequency=4.0)
     assert found[-1] == pytest.approx(-2.0 / 400.0, rel=1e-9)
+    force = PUSHED.copy()
+    force[1] = 0.0
+    suspension = hp.foot_control.VirtualSuspension(load=LOAD, stiffness=400.0, frequency=4.0)
+    _, memory = ticks(made(suspension=suspension), [loads_on(NAME, force)] * 600)
+    assert recall(memory, "travel")[-1, 1] == pytest.approx(-LOAD / 400.0, rel=1e-6)
+    found = travels([50.0] * 300 + [0.0] * 300, stiffness=400.0, frequency=4.0, limit=0.004)
+    assert found[:300].max() == found[299] == 0.004
+    assert found[301] < 0.004 and abs(found[-1]) < 1e-6
 
 
 @pytest.mark.parametrize("damping", [0.4, 1.6])
@@ -182,20 +187,6 @@ def test_the_step_response_is_that_of_mass_spring_and_damper(damping):
         errors.append(np.abs(found - exact).max())
     assert errors[0] < 0.1 * 2.0 / k
     assert errors[1] < 0.6 * errors[0] and errors[2] < 0.6 * errors[1]
-
-
-def test_the_suspension_rests_against_its_stop_and_leaves_it():
-    found = travels([50.0] * 300 + [0.0] * 300, stiffness=400.0, frequency=4.0, limit=0.004)
-    assert found[:300].max() == found[299] == 0.004
-    assert found[301] < 0.004 and abs(found[-1]) < 1e-6
-
-
-def test_a_foot_that_bears_nothing_reaches_down():
-    force = PUSHED.copy()
-    force[1] = 0.0
-    suspension = hp.foot_control.VirtualSuspension(load=LOAD, stiffness=400.0, frequency=4.0)
-    _, memory = ticks(made(suspension=suspension), [loads_on(NAME, force)] * 600)
-    assert recall(memory, "travel")[-1, 1] == pytest.approx(-LOAD / 400.0, rel=1e-6)
 
 
 def test_forces_are_filtered():
@@ -227,20 +218,14 @@ def test_levelling_integrates_the_tilt_up_to_its_limit():
 
 
 def test_feet_that_stay_down_keep_their_share_of_the_load():
-    """A robot that stands: no foot gives its load back where the schedule would have it lift."""
+    """No foot gives its load back where the schedule has it lift: that swing does not come."""
     law = made(walk=standing(2.0), suspension=hp.foot_control.VirtualSuspension())
     _, memory = ticks(law, [loads_on(NAME, PUSHED)] * 450)
     assert recall(memory, "bearing").min() == 1.0
     assert recall(memory, "share").min() == 1.0
-
-
-def test_a_standing_foot_knows_that_its_next_swing_does_not_come():
     plan = PlannedWalk(robot(NAME), standing(2.0))
     for time in np.linspace(0.11, 4.01, 40):
         assert plan.table.at(time)[:, 8].min() > 0.99  # half a cycle is the least: a new stance
-
-
-def test_a_robot_that_stands_stays_at_rest_on_its_suspension():
     run = Recorded(hp.FootControl(standing(2.0), suspension=hp.foot_control.VirtualSuspension()))
     hp.simulate(hp.Scene(robot(NAME)), run, duration=4.0, sample=0.02)
     travel = run.recalled("travel")[200:]

@@ -112,23 +112,18 @@ def test_the_table_grows_with_the_walk_and_stands_where_it_ends():
     assert plan.table.end == end
 
 
-def test_the_table_of_a_walk_that_repeats_does_not_grow():
+def test_walks_that_repeat_stop_or_stand():
+    """The table of the first does not grow; the others have no swing."""
     _, _, plan = made("tripod")
     end = plan.table.end
     plan.reach(1e6)
     assert plan.table.end == end
-
-
-def test_a_stopped_walk_stands():
     control, path, plan = made("stops")
     plan.reach(60.0)
     for time in (9.0, 9.7, 14.0, 59.0):
         row = plan.table.at(time)
         assert (row[:, 6] == 1.0).all() and np.abs(row[:, 3:6]).max() < 1e-9
         assert row[:, :3] == pytest.approx(path.neutral_feet, abs=1e-6)
-
-
-def test_a_walk_that_stands_has_no_swing():
     control = standing()
     plan = PlannedWalk(robot("athena"), control)
     feet = control.path(robot("athena")).neutral_feet

@@ -132,6 +132,7 @@ def sole(name: str, trace: hp.Trace, time: float) -> float:
 
 
 def test_a_foot_that_meets_the_ground_early_stops_there():
+    """And the trunk stays level over it."""
     name = "athena"
     run, trace = stepped(name, 0.015, hp.foot_control.TouchDown())
     early = np.flatnonzero(run.recalled("mode")[:, LEG] == EARLY) * 0.005
@@ -140,9 +141,6 @@ def test_a_foot_that_meets_the_ground_early_stops_there():
     offset = run.recalled("offset")[:, LEG, 2]
     assert offset.max() == pytest.approx(0.015, abs=0.002)
     assert sole(name, trace, 3.2) == pytest.approx(0.015, abs=0.001)
-
-
-def test_a_trunk_stays_level_over_feet_that_stop_early():
     _, trace = stepped("athena", 0.015, hp.foot_control.TouchDown())
     plain, blind = stepped("athena", 0.015, None)
     assert not plain.recalled("offset").any()
@@ -161,7 +159,7 @@ def test_a_foot_that_finds_no_ground_searches_for_it():
 
 
 def test_the_search_ends_at_its_depth():
-    """Over a hole of 60 mm: 30 mm down and not further; the walk goes on when patience ends."""
+    """Over a hole of 60 mm: 30 mm down, or as given; the walk goes on when patience ends."""
     name = "athena"
     run, trace = stepped(name, -0.06, hp.foot_control.TouchDown())
     offset = run.recalled("offset")[:, LEG, 2]
@@ -169,9 +167,6 @@ def test_the_search_ends_at_its_depth():
     assert sole(name, trace, 3.4) > -0.045  # the trunk leans towards it
     lag = np.array([memory[0, 3] for memory in run.memories])
     assert lag[-1] == pytest.approx(0.3, abs=0.02) and lag[: int(2.0 / 0.005)].max() < 0.02
-
-
-def test_the_depth_of_the_search_and_the_patience_are_those_given():
     shallow, _ = stepped(
         "athena", -0.06, hp.foot_control.TouchDown(search_depth=0.01, patience=0.0)
     )

@@ -148,15 +148,13 @@ def test_turning_body_follows_a_circle() -> None:
 
 
 def test_swing_rises_to_the_lift_and_only_then() -> None:
+    """A swing that goes nowhere does not lift."""
     path = FootPath(STRAIGHT, NEUTRAL)
     time = np.linspace(4.8, 7.2, 4801)
     height = path.positions(time)[..., 2] + 0.09879
     np.testing.assert_allclose(height.max(axis=0), 0.02, atol=1e-8)  # flat top, 0.5 ms grid
     assert height.min() >= -1e-16
     assert height[path.stance(time)].max() < 1e-15
-
-
-def test_a_swing_that_goes_nowhere_does_not_lift() -> None:
     path = FootPath(Gait.tripod(stroke=0.0), NEUTRAL)
     time = np.linspace(0.0, 10.0, 101)
     np.testing.assert_array_equal(path.positions(time), np.tile(NEUTRAL, (101, 1, 1)))
@@ -202,7 +200,8 @@ def test_yaw_of_the_start_does_not_matter() -> None:
     np.testing.assert_allclose(turned, plain @ turn.T, atol=1e-15)
 
 
-def test_earliest_stop_works_and_anything_earlier_is_refused() -> None:
+def test_what_no_path_is_made_of_is_refused() -> None:
+    """A stop before the earliest, feet of the wrong shape or not finite."""
     earliest = FootPath.earliest_stop(STRAIGHT)
     assert earliest == pytest.approx((2 * RAMP_CYCLES + 2 / 3) * 2.4)
     path = FootPath(STRAIGHT, NEUTRAL, stop_at=earliest)
@@ -210,9 +209,6 @@ def test_earliest_stop_works_and_anything_earlier_is_refused() -> None:
     for bad in (earliest - 0.01, np.nan, np.inf, -1.0):
         with refused(ParameterError, "stop_at", bad, allowed=(float(f"{earliest:g}"),)):
             FootPath(STRAIGHT, NEUTRAL, stop_at=bad)
-
-
-def test_feet_of_the_wrong_shape_or_not_finite_are_refused() -> None:
     with refused(ParameterError, "FootPath.neutral_feet", (4, 3), allowed=(6, 3)):
         FootPath(STRAIGHT, NEUTRAL[:4])
     with refused(ParameterError, "FootPath.neutral_feet", (6, 3), allowed=(6, 3)):

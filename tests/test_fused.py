@@ -128,13 +128,10 @@ def test_skew_axes_and_fixed_links(legs: int, build: str, tmp_path: Path) -> Non
         assert_same(*both(robot, *random_state(robot, rng), **BUILDS[build]))
 
 
-def test_nine_legs_are_left_to_pinocchio(tmp_path: Path) -> None:
+def test_what_is_left_to_pinocchio(tmp_path: Path) -> None:
+    """Nine legs; sliding joints: robots have turning ones only, the core takes any model."""
     plant = native_plant(hp.Scene(skew_robot(tmp_path, 9)))
     assert plant.arrow and plant.dynamics == "pinocchio"
-
-
-def test_sliding_joints_are_left_to_pinocchio(tmp_path: Path) -> None:
-    """Robots are loaded with turning joints only; the core takes any model."""
     robot = skew_robot(tmp_path, 2)
     skew_text(tmp_path, 2, "prismatic")
     model = pin.buildModelFromUrdf(str(tmp_path / "skew.urdf"), pin.JointModelFreeFlyer())
@@ -182,15 +179,12 @@ def test_large_rates_and_angles(build: str) -> None:
         assert_same(*both(robot, q, 1e4 * v, **BUILDS[build]))
 
 
-def test_a_state_that_is_no_number_shows() -> None:
+def test_zeros_between_legs_stay_zeros_and_nan_shows() -> None:
     robot = hp.load_robot("kharagpur")
     q, v = random_state(robot, np.random.default_rng(8))
     q[12] = np.nan
     found = _native.evaluate(plant_of(hp.Scene(robot)), q, v, np.zeros(18))
     assert np.isnan(found["bias"]).any() and np.isnan(found["mass"]).any()
-
-
-def test_zeros_between_legs_stay_zeros() -> None:
     robot = hp.load_robot("kharagpur")
     q, v = random_state(robot, np.random.default_rng(9))
     mass = _native.evaluate(plant_of(hp.Scene(robot)), q, v, np.zeros(18))["mass"]

@@ -34,14 +34,12 @@ def public_names(room: ModuleType, prefix: str = "") -> set[str]:
 
 
 def test_every_public_callable_is_walked_or_left_out_with_a_reason():
+    """Constructors, methods and properties of classes too, each of which has a sound instance."""
     calls = set(public_calls())
     assert public_names(hp) <= calls
     assert set(walked()) | set(LEFT_OUT) == calls
     assert not set(walked()) & set(LEFT_OUT)
     assert all(len(reason) > 10 for reason in (*LEFT_OUT.values(), *SOUND_ONLY.values()))
-
-
-def test_constructors_methods_and_properties_of_classes_are_among_them():
     wanted = {
         "run_sweep", "select_motors", "torque_map", "gait_energy", "tune", "judge_peaks", "compare",
         "Gait()", "Gait.tripod", "Gait.by_name", "Gait.feet_down", "Gait.speed", "Gait (copies)",
@@ -49,6 +47,7 @@ def test_constructors_methods_and_properties_of_classes_are_among_them():
         "errors.ParameterError()", "errors.ParameterError (copies)",
     }  # fmt: skip
     assert wanted <= set(walked())
+    assert [owner for owner in public_classes() if not sound.instances(owner)] == []
 
 
 @pytest.mark.parametrize("table", [SOUND_ONLY, LONG_NUMBERS])
@@ -56,10 +55,6 @@ def test_parameters_that_are_left_out_exist(table: dict[str, str]):
     for entry in table:
         name, _, parameter = entry.rpartition(".")
         assert parameter in public_calls()[name].parameters()
-
-
-def test_every_public_class_has_a_sound_instance():
-    assert [owner for owner in public_classes() if not sound.instances(owner)] == []
 
 
 @pytest.mark.slow

@@ -47,12 +47,10 @@ def test_wave_runs_from_rear_to_front(duty: float) -> None:
     assert Gait.wave(duty).minimum_feet_down >= 3
 
 
-def test_speed_is_stroke_over_stance_time() -> None:
+def test_speed_and_defaults_are_those_of_s2() -> None:
+    """Speed is stroke over the time of the stance."""
     assert Gait.tetrapod().speed == pytest.approx(0.0875)  # S2: 0.14 / (2/3 * 2.4)
     assert Gait.wave(3 / 4, stroke=0.09, cycle_time=2.0).speed == pytest.approx(0.06)
-
-
-def test_defaults_are_those_of_s2() -> None:
     gait = Gait.tetrapod()
     assert (gait.stroke, gait.cycle_time, gait.lift, gait.duty) == (0.14, 2.4, 0.02, 2 / 3)
 
@@ -63,17 +61,18 @@ def test_by_name_is_the_constructor_of_that_name(name: str) -> None:
     assert Gait.by_name(name).name == name
 
 
-def test_unknown_gait_lists_the_known() -> None:
+def test_what_is_no_gait_is_refused() -> None:
+    """A tripod needs a duty of one half, as a wave does."""
     with refused(UnknownNameError, kind="gait", name="gallop", known=list(GAITS)):
         Gait.by_name("gallop")
+    assert smallest_duty(Gait.tripod().phases) == 0.5
+    with refused(GaitError, quantity="duty", limit=0.5, about=("0.45",)):
+        Gait.wave(0.45)
 
 
-def test_a_gait_survives_its_dictionary() -> None:
+def test_a_gait_is_data() -> None:
     gait = Gait.wave(0.7, stroke=0.1, heading=0.3, turn_rate=-0.1)
     assert Gait(**gait.model_dump()) == gait
-
-
-def test_custom_table() -> None:
     gait = Gait.custom(np.arange(6) / 6, 5 / 6, name="one by one", stroke=0.05)
     assert (gait.name, gait.minimum_feet_down, gait.stroke) == ("one by one", 5, 0.05)
 
@@ -86,15 +85,6 @@ def test_duty_too_small_to_stand_reports_the_smallest(phases: tuple[float, ...])
     assert Gait.custom(phases, limit).minimum_feet_down >= 3
     with pytest.raises(GaitError):
         Gait.custom(phases, limit - 1e-6)
-
-
-def test_smallest_duty_of_the_tripod_is_one_half() -> None:
-    assert smallest_duty(Gait.tripod().phases) == 0.5
-
-
-def test_wave_below_one_half_is_refused() -> None:
-    with refused(GaitError, quantity="duty", limit=0.5, about=("0.45",)):
-        Gait.wave(0.45)
 
 
 @pytest.mark.parametrize(

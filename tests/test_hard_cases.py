@@ -23,12 +23,14 @@ from hexapod_pin.validation.solver_setting import DOP853, IMPLICIT_1MS, CaseRun,
 from hexapod_pin.validation.tables import RESULT_HEAD, result_table, summary, worst_results
 
 CHOSEN = {
-    "bounces_at_small_steps": lambda _, name, step, bounces: bounces < 100,
+    "bounces_at_small_steps": lambda _, name, step, bounces: bounces in (2, 30),
     "turning": lambda setting, duration: setting != IMPLICIT_1MS,
     "grazing": lambda setting, name, _: setting.method != "rk4" or name in ("elastic", "exact"),
 }
-"""What is run of dear trials, by what the quick ones hold too: HC04's 100 bounces by DOP853, HC19's
-turns at 1 ms over 360 s, HC24's other laws by an explicit method."""
+"""What is run of dear trials, by what the quick ones hold too.
+
+That is: 100 bounces of HC04 by DOP853, and a bounce of every kind by rk4; the turns of HC19 at 1 ms
+over 360 s; the other laws of HC24 by an explicit method."""
 SLOW_TRIALS = [
     pytest.param(case.name, trial, id=f"{case.name}-{trial.run.__name__}")
     for case in HARD_CASES
@@ -66,13 +68,11 @@ def test_slow_trial_of_a_hard_case(case: str, trial: Trial) -> None:
 
 
 def test_every_case_of_the_catalogue_is_registered_once() -> None:
+    """The catalogue has the joints of our robot in our order."""
     named = {name.split("_")[0] for name in references() if name != "_meta"}
     names = [case.name for case in HARD_CASES]
     assert named <= set(names)
     assert len(set(names)) == len(names)
-
-
-def test_catalogue_has_the_joints_of_our_robot_in_our_order() -> None:
     names = load_robot(robot_file("hexa_ref")).joint_names
     assert tuple(names) == tuple(answers("HC14b")["joint_order"])
 

@@ -88,13 +88,10 @@ def test_torques_of_prescribed_joints() -> None:
 
 
 def test_trunk_is_in_balance(walk: hp.Trace) -> None:
-    """Six equations that no motor enters: forces to 1e-3 of the weight, moments likewise."""
+    """Six equations that no motor enters, to 1e-3 of the weight, in the middle of intervals."""
     found, weight = hp.results.joint_moments(walk), 30.3
     assert np.abs(found.base_residual[:, :3]).max() < 1e-3 * weight
     assert np.abs(found.base_residual[:, 3:]).max() < 1e-3 * weight * 0.1
-
-
-def test_time_is_the_middle_of_intervals(walk: hp.Trace) -> None:
     found, window = hp.results.joint_moments(walk), hp.torque_budget(walk).window
     assert found.time[0] == pytest.approx(window.start + 1e-3)
     assert found.time[-1] == pytest.approx(window.end - 1e-3)

@@ -201,9 +201,6 @@ def test_a_motion_just_inside_its_limits_is_planned(robot: hp.Robot) -> None:
     name, rate = "JointMotion.v[lf_coxa_joint]", 1.5 * 0.6 / 0.149
     with refused(ParameterError, name, pytest.approx(rate), allowed=(-6, 6)):
         hp.motion.JointMotion({"lf_coxa_joint": faster}).plan(robot, 1.0)
-
-
-def test_unknown_joint_is_refused_by_name(robot: hp.Robot) -> None:
     with refused(UnknownNameError, kind="joint", name="elbow"):
         hp.motion.JointMotion({"elbow": 0.1}).plan(robot, 1.0)
 

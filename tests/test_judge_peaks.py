@@ -183,15 +183,16 @@ def test_a_run_without_a_whole_cycle_is_refused_and_says_how_long() -> None:
         hp.study.judge_peaks("walk.nc")
 
 
-def test_a_posture_without_cycles_is_judged_over_the_second_half() -> None:
+def test_runs_without_a_walk_or_with_a_start() -> None:
+    """A posture is judged over the second half, a start noted; prescribed joints have no servo."""
     case = hp.Case(calm_scene(), hp.HoldPosture(), duration=0.5, **QUICK)
     found = hp.study.judge_peaks(case)
     assert found.window.cycles is None
     assert found.kind("femur").verdict == "peak"
     assert "per window" in found.table()
-
-
-def test_prescribed_motion_has_no_servo_to_vary() -> None:
+    start = robot().stand()
+    case = hp.Case(calm_scene(), hp.HoldPosture(), start, duration=0.1, **QUICK)
+    assert any("given state" in note for note in hp.study.judge_peaks(case).notes)
     scene = replace(calm_scene(), prescribed=True)
     found = hp.study.judge_peaks(walk(scene))
     assert "doubled servo stiffness: no servo: prescribed motion" in found.table()
@@ -282,12 +283,6 @@ def test_an_accuracy_that_cannot_be_tightened_leaves_the_range_unknown() -> None
     row = hp.study.judge_peaks(tight).kind("femur")
     assert row.text.startswith("range unknown: ten times the accuracy is out of reach")
     assert row.changes.keys() == {"contact stiffness", "servo stiffness"}
-
-
-def test_a_given_start_is_noted() -> None:
-    start = robot().stand()
-    case = hp.Case(calm_scene(), hp.HoldPosture(), start, duration=0.1, **QUICK)
-    assert any("given state" in note for note in hp.study.judge_peaks(case).notes)
 
 
 def test_ctrl_c_is_a_typed_error() -> None:

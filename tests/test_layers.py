@@ -7,6 +7,7 @@ import sys
 from functools import cache
 from pathlib import Path
 
+import house_figures
 import pytest
 from house_figures import circles, read_package
 
@@ -52,7 +53,9 @@ READERS = {
 
 @pytest.fixture(scope="module")
 def modules() -> dict:
-    return read_package(ROOT)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(house_figures, "_code_lines", lambda *_: ())  # nobody counts lines here
+        return read_package(ROOT)
 
 
 def layers() -> list[set[str]]:
@@ -71,7 +74,7 @@ def level(module: str, rooms: list[set[str]]) -> int | None:
     return None
 
 
-def test_no_import_of_any_kind_goes_up(modules: dict) -> None:
+def test_imports_of_any_kind_make_no_circle_and_do_not_go_up(modules: dict) -> None:
     rooms = layers()
     levels = {name: level(name, rooms) for name in modules}
     wrong = [
@@ -81,9 +84,6 @@ def test_no_import_of_any_kind_goes_up(modules: dict) -> None:
         if None not in (own := levels[name], other := levels[target]) and other < own
     ]
     assert wrong == []
-
-
-def test_there_is_no_circle_of_any_kind(modules: dict) -> None:
     graph = {name: set(module.all_imports) for name, module in modules.items()}
     assert circles(graph) == []
 
@@ -139,9 +139,6 @@ def test_modules_of_the_package_are_imported_by_name_in_few_places(modules: dict
         and not (name.startswith(engines) and name.endswith("_engine"))
     }  # fmt: skip
     assert found == set(IMPORTED_BY_NAME)
-
-
-def test_texts_are_parsed_where_they_enter(modules: dict) -> None:
     assert {name for name in modules if calls(name) & PARSERS} == set(READERS)
 
 

@@ -116,21 +116,29 @@ def test_every_branch_reaches_the_target_and_one_is_the_posture(robot: Robot, na
 
 
 def test_branches_are_different_and_ordered(s2_leg: LegKinematics) -> None:
-    """Near the yaw axis all four exist: knee up and down, then the same folded over the axis."""
+    """Near the yaw axis four exist: knee up, down, then folded over the axis; `near` chooses."""
     target = s2_leg.forward([0.3, 1.2, 1.8])
     found = s2_leg.branches(target)
     assert found.shape == (4, 3)
     assert list(np.sign(found[:, 2])) == [1, -1, 1, -1]
     assert np.abs(turns_apart(found[2:, 0], found[:2, 0] + np.pi)).max() < 1e-12
+    target = s2_leg.forward([0.1, -0.2, 1.4])
+    for branch in s2_leg.branches(target):
+        near = branch + [0.1, -0.1, 0.1]
+        np.testing.assert_allclose(s2_leg.inverse(target, near=near, limits=False), branch)
 
 
 def test_inverse_round_trip_from_nearby(robot: Robot) -> None:
+    """The standing posture is the default reference."""
     for name in LEG_ORDER:
         leg = LegKinematics.of(robot, name)
         q = np.random.default_rng(3).uniform(leg.lower, leg.upper, (200, 3))
         for posture in clear_of_singularities(leg, q)[:60]:
             again = leg.inverse(leg.forward(posture), near=posture)
             np.testing.assert_allclose(again, posture, atol=1e-12)
+    for name in LEG_ORDER:
+        leg = LegKinematics.of(robot, name)
+        np.testing.assert_allclose(leg.inverse(leg.forward(leg.posture)), leg.posture, atol=1e-13)
 
 
 def test_inverse_of_a_path_is_the_path(s2_leg: LegKinematics) -> None:
@@ -139,19 +147,6 @@ def test_inverse_of_a_path_is_the_path(s2_leg: LegKinematics) -> None:
     q = np.stack([2.0 + 3.0 * s, -0.4 + 0.5 * np.sin(5 * s), 1.2 + 0.5 * np.cos(4 * s)], axis=-1)
     again = s2_leg.inverse(s2_leg.forward(q), near=q[0], limits=False)
     np.testing.assert_allclose(again, q, atol=1e-13)
-
-
-def test_near_chooses_the_branch(s2_leg: LegKinematics) -> None:
-    target = s2_leg.forward([0.1, -0.2, 1.4])
-    for branch in s2_leg.branches(target):
-        near = branch + [0.1, -0.1, 0.1]
-        np.testing.assert_allclose(s2_leg.inverse(target, near=near, limits=False), branch)
-
-
-def test_standing_posture_is_the_default_reference(robot: Robot) -> None:
-    for name in LEG_ORDER:
-        leg = LegKinematics.of(robot, name)
-        np.testing.assert_allclose(leg.inverse(leg.forward(leg.posture)), leg.posture, atol=1e-13)
 
 
 @pytest.mark.parametrize(("left", "right"), [("lf", "rf"), ("lm", "rm"), ("lr", "rr")])
@@ -164,15 +159,12 @@ def test_mirrored_targets_give_mirrored_angles(robot: Robot, left: str, right: s
     np.testing.assert_allclose(q_right * [-1, 1, 1], q_left, atol=1e-13)
 
 
-def test_fully_stretched_target_is_reached_without_nan(s2_leg: LegKinematics) -> None:
+def test_a_straight_knee(s2_leg: LegKinematics) -> None:
+    """Reached without NaN; HC38b: its singular values (its tibia zero is 90 degrees off)."""
     straight = np.array([0.2, -0.3, 0.0])
     found = s2_leg.branches(s2_leg.forward(straight))
     # An ulp of the target turns a straight knee by sqrt(2 ulp (L2 + L3) / (L2 L3)) < 1e-7.
     np.testing.assert_allclose(found[:2], np.tile(straight, (2, 1)), atol=1e-7)
-
-
-def test_straight_knee_has_the_known_singular_values(s2_leg: LegKinematics) -> None:
-    """HC38b (its tibia zero is 90 degrees off ours)."""
     values = np.linalg.svd(s2_leg.jacobian([0.0, -0.3, 0.0]), compute_uv=False)
     np.testing.assert_allclose(values[:2], [0.2918875483729684, 0.23945805687009145], rtol=1e-12)
     assert values[2] < 1e-15
@@ -190,46 +182,38 @@ def test_target_beyond_reach_has_its_excess(s2_leg: LegKinematics, beyond: float
         s2_leg.branches(target)
 
 
-def test_target_too_near_has_its_excess(s2_leg: LegKinematics) -> None:
+def test_excess_of_targets_that_are_too_near_or_within_reach(s2_leg: LegKinematics) -> None:
     """On the femur axis itself: L2 - L3 short of the reach; folded, 2 L1 from it, it reaches."""
     target = np.array([[0.0, 0.1025 + L1, 0.0]])
     with pytest.raises(ReachError) as caught:
         s2_leg.inverse(np.vstack([s2_leg.forward(s2_leg.posture), target]), limits=False)
     assert caught.value.excess == pytest.approx(L2 - L3, abs=1e-15)
-
-
-def test_excess_is_zero_inside_and_vectorised(s2_leg: LegKinematics) -> None:
     q = random_angles(20).reshape(4, 5, 3)
     inside = s2_leg.excess(s2_leg.forward(q))
     assert inside.shape == (4, 5)
     assert np.abs(inside).max() == 0.0
 
 
-def test_foot_on_the_yaw_axis_is_refused(s2_leg: LegKinematics) -> None:
+def test_what_has_no_solution_is_refused(s2_leg: LegKinematics, kharagpur: Robot) -> None:
+    """A foot on the yaw axis; beyond a joint limit; a leg that is not there."""
     target = np.array([0.0, 0.1025, -0.1])
     with refused(ReachError, leg="lm", about=("lm_coxa_joint",)):
         s2_leg.inverse(target, limits=False)
     beside = s2_leg.inverse(target + [0.0, 1e-6, 0.0], limits=False)
     np.testing.assert_allclose(s2_leg.forward(beside), target + [0.0, 1e-6, 0.0], atol=1e-15)
-
-
-def test_joint_limit_is_named_with_value_and_range(s2_leg: LegKinematics) -> None:
     target = s2_leg.forward([1.3, 0.0, 1.5])
     with refused(ReachError, leg="lm", about=("lm_coxa_joint", "1.3000", "1.0472")):
         s2_leg.inverse(target)
     free = s2_leg.inverse(target, limits=False)
     np.testing.assert_allclose(free, [1.3, 0.0, 1.5], atol=1e-14)
+    with refused(UnknownNameError, kind="leg", name="left"):
+        LegKinematics.of(kharagpur, "left")
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_target_that_is_not_finite_is_refused(s2_leg: LegKinematics, bad: float) -> None:
     with refused(ReachError, leg="lm", excess=0.0, about=("finite",)):
         s2_leg.inverse([0.1, bad, 0.0])
-
-
-def test_unknown_leg_lists_the_known(kharagpur: Robot) -> None:
-    with refused(UnknownNameError, kind="leg", name="left"):
-        LegKinematics.of(kharagpur, "left")
 
 
 def test_other_signs_and_zeros_are_still_solved_in_closed_form(tmp_path: Path) -> None:
@@ -245,29 +229,21 @@ def test_other_signs_and_zeros_are_still_solved_in_closed_form(tmp_path: Path) -
         np.testing.assert_allclose(leg.inverse(leg.forward(q), near=q, limits=False), q, atol=1e-12)
 
 
-def test_leg_of_another_shape_has_no_closed_form(offset_leg: LegKinematics) -> None:
+def test_leg_of_another_shape_is_solved_numerically(offset_leg: LegKinematics) -> None:
+    """Points, a path, and what it cannot reach; it has no closed form."""
     assert offset_leg.closed_form is None
     with refused(ReachError, leg="lf", about=("inverse()",)):
         offset_leg.branches(offset_leg.foot)
-
-
-def test_leg_of_another_shape_is_solved_numerically(offset_leg: LegKinematics) -> None:
     q = np.random.default_rng(5).uniform(offset_leg.lower, offset_leg.upper, (60, 3))
     for posture in clear_of_singularities(offset_leg, q)[:25]:
         target = offset_leg.forward(posture)
         found = offset_leg.inverse(target, near=posture + 0.1 * np.sign(posture[::-1]))
         np.testing.assert_allclose(offset_leg.forward(found), target, atol=1e-9)
         assert np.abs(found - posture).max() < 1e-7  # 1e-9 m times the condition over 0.1 m
-
-
-def test_path_of_a_leg_of_another_shape(offset_leg: LegKinematics) -> None:
     s = np.linspace(0.0, 2 * np.pi, 500)
     q = np.stack([0.5 * np.sin(s), 0.3 * np.cos(s), 1.5 + 0.4 * np.sin(2 * s)], axis=-1)
     again = offset_leg.inverse(offset_leg.forward(q), near=q[0])
     np.testing.assert_allclose(again, q, atol=1e-9)
-
-
-def test_numerical_solution_reports_what_it_cannot_reach(offset_leg: LegKinematics) -> None:
     far = offset_leg.forward([0.0, 0.0, 0.0]) + np.array([0.0, 0.05, 0.0])
     with refused(ReachError, leg="lf") as caught:
         offset_leg.inverse(far, limits=False)

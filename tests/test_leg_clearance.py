@@ -133,7 +133,7 @@ def test_a_tripod_in_closed_form(tmp_path: Path, stroke: float) -> None:
 
 
 def test_overlapping_legs_are_refused_with_links_distance_time_and_limit(tmp_path: Path) -> None:
-    """The largest stroke that works leaves the tibias just touching."""
+    """The largest stroke leaves tibias just touching; one refused for its reach is clear too."""
     robot = narrow(tmp_path)
     found = leg_clearance(robot, tripod(0.085))
     assert {name.split("_")[1] for name in found.links} == {"tibia"}
@@ -144,10 +144,6 @@ def test_overlapping_legs_are_refused_with_links_distance_time_and_limit(tmp_pat
     assert e.value.limit == pytest.approx(limit, abs=1e-4 * 0.085)  # width of the bisection
     hp.KinematicControl(tripod(e.value.limit)).plan(robot, 1.0)
     assert "shapes: capsules as wide as drawn" in str(e.value)
-
-
-def test_a_limit_of_reach_is_also_clear(tmp_path: Path) -> None:
-    """Refused for its reach: the stroke that is offered instead does not collide either."""
     robot = narrow(tmp_path)
     with pytest.raises(GaitError) as caught:
         hp.KinematicControl(tripod(0.5)).plan(robot, 1.0)

@@ -212,7 +212,7 @@ def test_one_robot_has_the_bits_of_many(robot: Robot) -> None:
 
 
 def test_what_a_leg_cannot_reach_is_refused(robot: Robot) -> None:
-    """Out of reach, on the yaw axis, not a number: the leg is named."""
+    """Out of reach, on the yaw axis, not a number, 0.05 rad beyond a limit: the leg is named."""
     legs = leg_group(robot)
     form = legs.kinematics.closed_form
     assert form is not None
@@ -223,10 +223,6 @@ def test_what_a_leg_cannot_reach_is_refused(robot: Robot) -> None:
     for feet in (far, axis, nothing):
         with refused(ReachError, leg=LEG_ORDER[2]):
             legs.joint_angles(feet)
-
-
-def test_an_angle_beyond_its_limit_is_refused_with_the_joint(robot: Robot) -> None:
-    """0.05 rad beyond the coxa's limit in reach: the core passes it on to what names the joint."""
     legs = leg_group(robot)
     leg, feet = legs.legs[2], legs.neutral_feet[None].copy()
     for beyond, works in ((-0.05, True), (0.05, False)):

@@ -32,9 +32,6 @@ def test_a_mesh_is_what_meshcat_itself_sends() -> None:
     assert (index["type"], expected["type"]) == ("Uint16Array", "Uint32Array")
     values = np.frombuffer(index["array"].data, dtype="<u2")
     np.testing.assert_array_equal(values, np.frombuffer(expected["array"].data, dtype="<u4"))
-
-
-def test_many_vertices_have_long_indices_as_meshcat_sends_them() -> None:
     vertices = np.zeros((70_000, 3))
     theirs = meshcat.geometry.TriangularMeshGeometry(vertices, FACES).lower({})["data"]["index"]
     ours = umsgpack.unpackb(packed(triangle_geometry(vertices, FACES)))["data"]["index"]

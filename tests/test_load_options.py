@@ -13,13 +13,11 @@ from hexapod_pin.errors import ParameterError
 from hexapod_pin.robot.loading.load_options import LoadOptions, hints_path, read_hints
 
 
-def test_arguments_go_before_hints() -> None:
+def test_options_are_data() -> None:
+    """Arguments go before hints."""
     hints = LoadOptions(forward="y", foot_radius=0.01, package_path=("a",))
     both = LoadOptions(forward="-x", repair=True).over(hints)
     assert both == LoadOptions(forward="-x", foot_radius=0.01, package_path=("a",), repair=True)
-
-
-def test_what_is_given_reads_back_as_itself() -> None:
     options = LoadOptions(legs={"lf": ("a", "b")}, posture={"a": 0.1}, xacro_args={"n": "1"})
     assert LoadOptions(**options.given()) == options
     assert LoadOptions().given() == {}

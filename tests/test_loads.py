@@ -152,6 +152,7 @@ def test_toml(robot: hp.Robot) -> None:
     assert not {"loads", "body_contact"} & set(hp.Scene(robot).to_dict())
     assert "body contact: the trunk is as large as it is drawn" in scene.assumed
     assert "payload of 0.05 kg on lf_foot: a point mass" in scene.assumed
+    assert hp.Payload("base_link", 0.8, inertia=BOX.inertia_matrix).inertia == MOMENTS
 
 
 @pytest.mark.parametrize(
@@ -186,10 +187,6 @@ def test_unknown_links_and_legs_are_refused(robot: hp.Robot) -> None:
         hp.Scene(robot, loads=[hp.LostLeg("lf", 1.0), hp.LostLeg("lf", 2.0)])
     with refused(ParameterError, "Scene.loads"):
         hp.Scene(robot, loads=BOX)  # type: ignore[arg-type]
-
-
-def test_a_matrix_and_six_numbers_are_the_same_inertia() -> None:
-    assert hp.Payload("base_link", 0.8, inertia=BOX.inertia_matrix).inertia == MOMENTS
 
 
 def test_formulations_without_loads_refuse_them(robot: hp.Robot) -> None:

@@ -6,7 +6,6 @@ import itertools
 import subprocess
 import sys
 
-import numpy as np
 import pytest
 import vehicles
 from contact_formulas import FRICTION, NORMAL
@@ -14,8 +13,6 @@ from contact_formulas import FRICTION, NORMAL
 import hexapod_pin as hp
 from hexapod_pin.formulations.maximal import initial_state
 from hexapod_pin.formulations.maximal import model as equations
-from hexapod_pin.formulations.maximal import model as kinematics
-from hexapod_pin.formulations.maximal.model import JOINT_POINT, BodyFixedVectors
 from hexapod_pin.validation.checks.maximal_checks import (
     compare_accelerations,
     maximal_twin,
@@ -93,35 +90,26 @@ def test_joint_stops_and_damping_equal_the_core() -> None:
 # --- planted errors -----------------------------------------------------------------------------
 
 
-def as_printed(i: BodyFixedVectors, j: BodyFixedVectors) -> np.ndarray:
-    """Row 1 of S1 eq. 3 as it is printed, without its dots: -s~_i w_i + s~_j w_j."""
-    return i.rate[:, :, JOINT_POINT] - j.rate[:, :, JOINT_POINT]
-
-
 def minus(function):
     return lambda *given: -function(*given)
 
 
 @pytest.mark.parametrize(
-    ("module", "name", "wrong"),
+    ("name", "wrong"),
     [
-        (equations, "gamma_row_1", as_printed),
-        (equations, "gamma_row_1", minus(equations.gamma_row_1)),
-        (equations, "gamma_rows_2_3", minus(equations.gamma_rows_2_3)),
-        (
-            kinematics,
-            "world_inertia",
-            lambda turn, inertia: turn.transpose(0, 2, 1) @ inertia @ turn,
-        ),
-        (kinematics, "world_inertia", lambda turn, inertia: inertia),
+        ("gamma_row_1", minus(equations.gamma_row_1)),
+        ("world_inertia", lambda turn, inertia: turn.transpose(0, 2, 1) @ inertia @ turn),
     ],
-    ids=["lost dots", "sign of row 1", "sign of rows 2-3", "transposed axes", "body axes"],
+    ids=["sign of row 1", "transposed axes"],
 )
-def test_planted_error_is_seen(monkeypatch, module, name, wrong) -> None:
-    """A hundred times the 1e-9 that is allowed, although contacts make the largest part of v'."""
+def test_planted_error_is_seen(monkeypatch, name, wrong) -> None:
+    """A hundred times the 1e-9 that is allowed, although contacts make the largest part of v'.
+
+    Others are planted in the checks of `verify`.
+    """
     scene = hp.Scene(hp.load_robot("kharagpur"), contact=hp.Contact.s1())
     states = pressed_states(scene, 3)
-    monkeypatch.setattr(module, name, wrong)
+    monkeypatch.setattr(equations, name, wrong)
     assert compare_accelerations(scene, states) > 1e-7
 
 

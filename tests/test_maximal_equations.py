@@ -119,7 +119,8 @@ def test_bodies_of_a_hexapod() -> None:
     assert [foot.radius for foot in bodies.feet] == [foot.radius for foot in robot.feet]
 
 
-def test_unusable_urdf_is_refused() -> None:
+def test_what_cannot_be_computed_is_refused() -> None:
+    """By its URDF, or by its laws and ground."""
     slides = pendulum().replace("continuous", "prismatic")
     with refused(hp.errors.UrdfError, source="p", about=("'hinge'", "prismatic")):
         maximal.read_bodies(slides)
@@ -127,9 +128,6 @@ def test_unusable_urdf_is_refused() -> None:
         maximal.read_bodies(pendulum().replace('<mass value="2"/>', '<mass value="0"/>'))
     with refused(hp.errors.UnknownNameError, kind="foot link", name="nofoot"):
         maximal.read_bodies(pendulum(), ["nofoot"])
-
-
-def test_laws_that_cannot_be_done_are_refused() -> None:
     bodies = maximal.read_bodies(pendulum(), ["arm"])
     stiff = hp.Contact(
         normal=hp.contact.HuntCrossley(stiffness=1e5),

@@ -64,15 +64,13 @@ def test_transformed_by_methods_that_a_quick_suite_leaves_out(known) -> None:
     assert known(RK4).apart(yawed(base_run(), 2.0, RK4)) < 1e-9
 
 
-def test_reordered_robot_is_another_robot() -> None:
+def test_the_images_are_what_they_are_called() -> None:
+    """The map of the mirror is its own inverse; the re-ordered robot is another robot."""
     first, second = base_run().scene.robot, reordered_robot()
     assert second.joint_names != first.joint_names or [
         first.model.jointPlacements[2].translation[0]
     ] != [second.model.jointPlacements[2].translation[0]]
     assert second.total_mass == pytest.approx(first.total_mass, rel=1e-15)
-
-
-def test_mirror_map_is_its_own_inverse() -> None:
     joints, signs = mirror_map(base_run().scene.robot)
     assert np.array_equal(joints[joints], np.arange(18))
     assert np.array_equal(signs[joints], signs)

@@ -46,17 +46,23 @@ def test_a_motor_of_s2s_size_is_rejected_and_says_why(selection):
 
 
 def test_passing_motors_come_first_and_the_lightest_of_them(selection):
+    """The robot weighs its motors, and the choice passes."""
     passes = [c.passes for c in selection.candidates]
     assert passes == sorted(passes, reverse=True)
     masses = [c.motor_mass for c in selection.candidates if c.passes]
     assert masses == sorted(masses) and len(masses) >= 1
-
-
-def test_the_robot_weighs_its_motors(selection):
     for candidate in selection.candidates:
         record = candidate.motors["femur"]
         wanted = selection.total_mass + 18 * (record.mass - selection.contained)
         np.testing.assert_allclose(candidate.total_mass, wanted, rtol=1e-12)
+    choice = selection.choice
+    assert choice is not None and choice.passes
+    assert selection.iterations[-1].passes
+    count = {kind: 6 for kind in KINDS}
+    mass = sum(count[kind] * choice.motors[kind].mass for kind in KINDS)
+    np.testing.assert_allclose(choice.motor_mass, mass)
+    assert mass <= min(c.motor_mass for c in selection.candidates if c.passes)
+    assert all(run.walks for run in choice.runs)
 
 
 def test_uses_again_from_a_run_of_our_own(selection):
@@ -88,17 +94,6 @@ def test_uses_again_from_a_run_of_our_own(selection):
     assert use.peak_use >= sampled * (1.0 - 1e-9)
     more = np.abs(torque[femurs]).max() / np.abs(tau).max()  # of accepted steps between samples
     np.testing.assert_allclose(use.peak_use, sampled, rtol=2.0 * (more - 1.0) + 1e-9)
-
-
-def test_the_choice_has_its_own_masses_and_passes(selection):
-    choice = selection.choice
-    assert choice is not None and choice.passes
-    assert selection.iterations[-1].passes
-    count = {kind: 6 for kind in KINDS}
-    mass = sum(count[kind] * choice.motors[kind].mass for kind in KINDS)
-    np.testing.assert_allclose(choice.motor_mass, mass)
-    assert mass <= min(c.motor_mass for c in selection.candidates if c.passes)
-    assert all(run.walks for run in choice.runs)
 
 
 def test_the_line_acts_in_the_simulation():
