@@ -113,7 +113,8 @@ def test_a_case_repeats_with_the_options_of_its_robot(file: Path, tmp_path: Path
         hp.Case.from_toml(changed)
 
 
-def test_arguments_go_before_hints_and_inference(file: Path, robot: Robot) -> None:
+def test_hints_go_before_inference(file: Path, robot: Robot) -> None:
+    """Arguments before both; on a file that states all they are obeyed, and stored in the text."""
     backward = float(np.degrees(np.arctan2(*forward_of(robot)[[1, 0]]))) + 180.0
     turned = hp.load_robot(file, forward=backward)
     assert turned.legs[0].joints == robot.leg("rr").joints
@@ -125,10 +126,6 @@ def test_arguments_go_before_hints_and_inference(file: Path, robot: Robot) -> No
     posed = hp.load_robot(file, posture=angle)
     changed = np.flatnonzero(posed.posture != robot.posture)
     assert [robot.joint_names[k] for k in changed] == list(angle)
-
-
-def test_hints_on_a_file_that_states_all_are_obeyed_and_stored_in_the_text() -> None:
-    """Nothing is inferred of a packaged robot: another front and other names still count."""
     own = hp.load_robot("kharagpur")
     turned = hp.load_robot("kharagpur", forward="-x")
     assert turned.leg("lf").joints == own.leg("rr").joints

@@ -20,7 +20,7 @@ DENSE = np.linspace(4.8, 7.2, 2401)
 
 
 def test_geometry_is_that_of_the_paper() -> None:
-    """S2 with +-20 degrees: stroke 138.75 mm, scrub 12.2 mm, lift 13.0 mm; speed by the stroke."""
+    """S2's 20 degrees: stroke 138.75, scrub 12.2, lift 13.0 mm; the schedule is the gait's."""
     path = hp.motion.ArcWalk().path(ROBOT)
     assert path.gait.stroke == pytest.approx(2 * R * np.sin(np.radians(20.0)), abs=1e-6)
     assert path.gait.stroke == pytest.approx(0.13875, abs=1e-5)
@@ -28,6 +28,10 @@ def test_geometry_is_that_of_the_paper() -> None:
     assert path.scrub == pytest.approx(0.0122, abs=5e-5)
     assert path.gait.lift == pytest.approx(0.0130, abs=5e-5)
     assert path.speed == pytest.approx(0.13875 / 1.6, rel=1e-4)
+    gait = hp.Gait.wave(2 / 3, cycle_time=2.0)
+    path = hp.motion.ArcWalk(gait, amplitude=0.2).path(ROBOT)
+    time = 4.0 + np.linspace(0.0, 2.0, 402)[1:-1]
+    assert np.array_equal(path.stance(time), gait.feet_down(time / 2.0))
 
 
 def test_stance_feet_move_on_arcs_about_their_hips() -> None:
@@ -69,14 +73,6 @@ def test_all_stance_feet_go_backwards_and_all_femora_lift(robot: str) -> None:
     sole = leg_group(loaded).neutral_feet[:, 2]
     assert (np.where(down, 0.0, p[..., 2] - sole).min() > -1e-12).all()
     assert ((p[..., 2] - sole).max(axis=0) > 0.01).all()
-
-
-def test_stance_and_swing_follow_the_gait() -> None:
-    """Once it is steady, the schedule is the gait's own."""
-    gait = hp.Gait.wave(2 / 3, cycle_time=2.0)
-    path = hp.motion.ArcWalk(gait, amplitude=0.2).path(ROBOT)
-    time = 4.0 + np.linspace(0.0, 2.0, 402)[1:-1]
-    assert np.array_equal(path.stance(time), gait.feet_down(time / 2.0))
 
 
 @pytest.mark.parametrize("profile", ["constant", "step"])

@@ -176,11 +176,18 @@ def test_nothing_is_written_through_a_link(tmp_path: Path) -> None:
     assert left(tmp_path) == ["link_dangling", "link_there", "there"]
 
 
-def test_folders_may_be_links(tmp_path: Path) -> None:
+def test_folders_may_be_links_and_pipes_are_not_waited_for(tmp_path: Path) -> None:
+    """What only looks like a temporary file of a killed writer stays where it is."""
     (tmp_path / "real").mkdir()
     (tmp_path / "folder").symlink_to("real")
     write_atomically(tmp_path / "folder" / "a", "x")
     assert (tmp_path / "real" / "a").read_text() == "x"
+    name = atomic_file._prefix(tmp_path / "a") + "1-0.tmp"
+    os.mkfifo(tmp_path / name)
+    (tmp_path / name.replace("1-0", "1-1")).symlink_to(tmp_path / "precious")
+    (tmp_path / "precious").write_text("keys")
+    write_atomically(tmp_path / "a", "x")
+    assert name in left(tmp_path) and (tmp_path / "precious").read_text() == "keys"
 
 
 @pytest.mark.parametrize("kind", ["link", "hard link", "pipe"])
@@ -202,16 +209,6 @@ def test_what_takes_the_name_in_between_is_not_written_through(kind, tmp_path, m
     assert precious.read_text() == "keys"
     assert target.read_text() == "new" and not target.is_symlink()
     assert precious.stat().st_nlink == 1
-
-
-def test_a_pipe_among_temporary_files_is_not_waited_for(tmp_path: Path) -> None:
-    """A file that only looks like a temporary one of a killed writer stays where it is."""
-    name = atomic_file._prefix(tmp_path / "a") + "1-0.tmp"
-    os.mkfifo(tmp_path / name)
-    (tmp_path / name.replace("1-0", "1-1")).symlink_to(tmp_path / "precious")
-    (tmp_path / "precious").write_text("keys")
-    write_atomically(tmp_path / "a", "x")
-    assert name in left(tmp_path) and (tmp_path / "precious").read_text() == "keys"
 
 
 def test_odd_names_and_texts(tmp_path: Path) -> None:

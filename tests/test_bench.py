@@ -82,6 +82,7 @@ def test_distance_is_the_largest_of_place_turn_and_joints():
 
 
 def test_a_level_counts_only_if_every_tighter_setting_meets_it():
+    """Refused settings are no part of a sweep; a ratio is our time over the best other one."""
     own = [row(1e-2, 5e-5, 1.0), row(1e-3, 2e-4, 2.0), row(1e-4, 3e-5, 4.0), row(1e-5, 9e-6, 3.0)]
     assert cheapest(own, 1e-4).value == 1e-5  # 1e-2 met it by chance; 1e-5 is cheaper than 1e-4
     assert cheapest(own, 1e-3).value == 1e-2
@@ -90,9 +91,6 @@ def test_a_level_counts_only_if_every_tighter_setting_meets_it():
     assert cheapest(broken, 1e-3).value == 1e-5  # a diverged run meets nothing
     counted = [replace(own[2], evaluations=10.0), replace(own[3], evaluations=90.0)]
     assert cheapest(counted, 1e-4).value == 1e-4  # counts decide, where there are any
-
-
-def test_ratio_is_our_time_over_the_other_engines_best():
     rows = [
         row(1e-3, 5e-4, 0.004), row(1e-4, 8e-5, 0.02, method="b"),
         row(1e-3, 7e-4, 0.020, engine="X", method="slow"),
@@ -104,9 +102,6 @@ def test_ratio_is_our_time_over_the_other_engines_best():
     assert "no method of X reached it" in second
     slower = row(1e-3, 5e-4, 0.008, method="extrapolated-euler")
     assert ratios([*rows, slower])[0].endswith("ours 8 ms (extrapolated-euler, 0.001), ratio 0.500")
-
-
-def test_refused_settings_are_no_part_of_a_sweep():
     rows = [row(1e-3, 1e-4, 1.0), row(1e-2, math.nan, math.nan, note="refused: no")]
     assert [one.value for one in sweeps(rows)[OURS, "a"]] == [1e-3]
 
@@ -141,6 +136,7 @@ def outcome(x: float) -> RunOutcome:
 
 
 def test_rounds_are_interleaved_and_slow_runs_are_timed_once():
+    """Ctrl-C keeps the rows that are done."""
     log: list[str] = []
     fraction: list[float] = []
     found = measure([Fake("a", 0.01, log), Fake("b", 5.0, log)], 0.5, 3, fraction.append)
@@ -152,9 +148,6 @@ def test_rounds_are_interleaved_and_slow_runs_are_timed_once():
     assert quick.error == pytest.approx(1e-3, rel=1e-12)
     assert fraction[-1] == 1.0
     assert not found.interrupted
-
-
-def test_ctrl_c_keeps_the_rows_that_are_done():
     log: list[str] = []
     both = [Fake("a", 0.01, log, stop_at=5), Fake("b", 0.01, log, stop_at=5)]
     found = measure(both, 1.0, 9)
@@ -239,7 +232,8 @@ def report() -> BenchmarkReport:
     return BenchmarkReport(Machine.here(), "hexapod-pin bench walk", [found])
 
 
-def test_every_form_of_the_report_names_machine_versions_and_date(report: BenchmarkReport):
+def test_csv_and_json_hold_the_same_rows(report: BenchmarkReport):
+    """Every form of the report names machine, versions and date."""
     for text in (markdown(report), csv_text(report), json_text(report)):
         assert report.machine.cpu in text
         assert report.machine.date in text
@@ -248,9 +242,6 @@ def test_every_form_of_the_report_names_machine_versions_and_date(report: Benchm
         assert "hexapod-pin bench walk" in text
         assert str(Path.home()) not in text
         assert "/hexapod_pin/" not in text
-
-
-def test_csv_and_json_hold_the_same_rows(report: BenchmarkReport):
     lines = [line for line in csv_text(report).splitlines() if not line.startswith("#")]
     table = list(csv.DictReader(lines))
     rows = json.loads(json_text(report))["scenes"][0]["rows"]

@@ -56,16 +56,13 @@ def test_hc40_variants_differ_in_stiffness_and_friction_slope_alone(variant, sti
 
 
 def test_walk_starts_10_mm_above_the_ground_with_100_held_set_points():
+    """The tripod swings and lifts as by hand: t = 0.25 s, a = 90 degrees; t = 1 s, a = 0."""
     task = built_in("walk")
     robot = task.scene.robot
     assert task.initial.q[2] - robot.stand().q[2] == pytest.approx(0.010, abs=1e-15)
     assert (task.samples, task.sample, len(task.controller.time)) == (100, 0.01, 100)
     assert task.scene.servos.limited is False
     assert set_points(task) == pytest.approx(np.array(task.controller.q), abs=0.0)
-
-
-def test_tripod_swings_and_lifts_the_right_legs_the_right_way():
-    """Values of the formula by hand, after the ramp: t = 0.25 s, a = 90 degrees; t = 1 s, a = 0."""
     robot = built_in("walk").scene.robot
     start, quarter, full = tripod_setpoints(robot, np.array([0.0, 0.25, 1.0]))
     assert start == pytest.approx(robot.posture, abs=0.0)

@@ -99,7 +99,8 @@ def test_a_case_comes_back_as_it_was(name: str) -> None:
         assert np.array_equal(back.initial.v, case.initial.v)
 
 
-def test_a_trace_carries_its_case_which_repeats_it_to_the_bit(tmp_path: Path) -> None:
+def test_a_case_repeats_and_goes_on(tmp_path: Path) -> None:
+    """Its trace carries it, which repeats to the bit; it may go on from a checkpoint."""
     case = CASES["walk"]
     settings = dict(duration=0.3, accuracy=1e-5 / 3.0)
     trace = hp.simulate(case.scene, case.controller, **settings)
@@ -109,9 +110,6 @@ def test_a_trace_carries_its_case_which_repeats_it_to_the_bit(tmp_path: Path) ->
     repeated = hp.simulate(again.scene, again.controller, initial=again.initial, **settings)
     for name in ("time", "q", "v", "torque", "foot_force", "com"):
         assert np.array_equal(getattr(repeated, name), getattr(trace, name)), name
-
-
-def test_a_case_that_goes_on_from_a_checkpoint(tmp_path: Path) -> None:
     case = CASES["walk"]
     first = hp.simulate(case.scene, case.controller, duration=0.1)
     then = replace(case, initial=first.checkpoint, duration=0.2)

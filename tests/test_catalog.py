@@ -140,8 +140,8 @@ def test_derating_is_a_share(field: str, value: float) -> None:
         hp.sizing.Derating(**{field: value})
 
 
-def test_the_page_shows_the_catalogue() -> None:
-    """The table at the end of docs/motors.md is that of the package's file."""
+def test_the_catalogue_is_written_and_shown(tmp_path: Path) -> None:
+    """Every record to the bit; the table of docs/motors.md is that of the package's file."""
     page = (Path(__file__).parents[1] / "docs" / "motors.md").read_text(encoding="utf-8")
     assert page.endswith(f"\n\n{CATALOG.table()}\n")
     table = CATALOG.table().splitlines()
@@ -149,10 +149,6 @@ def test_the_page_shows_the_catalogue() -> None:
     assert (
         "| MX-64 | 11.1 / 12 / 14.8 | 5.5 / 6 / 7.3 | 6.07 / 6.6 / 8.17 |  | 135 | 12 |  |" in table
     )
-
-
-def test_a_written_catalogue_reads_back(tmp_path: Path) -> None:
-    """Every record to the bit."""
     path = CATALOG.save(tmp_path / "mine.csv")
     again = hp.load_catalog(path)
     assert again.records == CATALOG.records

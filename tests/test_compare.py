@@ -117,7 +117,10 @@ def test_numbers_are_those_of_single_runs(found: hp.study.Comparison) -> None:
     assert found.change("bumps", "fast", "measured_speed").differs_from(0.0)
 
 
-def test_a_run_that_is_refused_is_a_row_that_says_so(found: hp.study.Comparison) -> None:
+def test_a_run_that_is_refused_or_too_short_is_a_row(
+    found: hp.study.Comparison,
+) -> None:
+    """A bare scene or a list will do."""
     runs = found.of("bumps", "far")
     assert [run.outcome for run in runs] == [Outcome.REFUSED] * 3
     assert found.mean("bumps", "far", "measured_speed") is None
@@ -129,6 +132,10 @@ def test_a_run_that_is_refused_is_a_row_that_says_so(found: hp.study.Comparison)
     rows = found.to_markdown().splitlines()
     widths = {row.count(" | ") for row in rows if row.startswith("| ") and "---" not in row}
     assert widths == {3}
+    short = hp.compare(SCENE, {"plain": PLAIN}, duration=1.0)
+    [run] = short.runs
+    assert run.outcome is Outcome.TOO_SHORT and "1.5 s" in run.reason
+    assert "0 of 1: too short" in short.table()
 
 
 def test_feedback_controllers_go_in_lock_step_and_may_fall() -> None:
@@ -141,13 +148,6 @@ def test_feedback_controllers_go_in_lock_step_and_may_fall() -> None:
     assert change.value == pytest.approx(0.0, abs=0.02)  # the same plan, cut into ticks
     assert [run.outcome for run in found.of("bumps", "crouch")] == [Outcome.FELL] * 3
     assert "the trunk touched the ground" in found.of("bumps", "crouch")[0].reason
-
-
-def test_a_bare_scene_or_a_list_will_do() -> None:
-    short = hp.compare(SCENE, {"plain": PLAIN}, duration=1.0)
-    [run] = short.runs
-    assert run.outcome is Outcome.TOO_SHORT and "1.5 s" in run.reason
-    assert "0 of 1: too short" in short.table()
 
 
 @pytest.mark.parametrize(

@@ -73,8 +73,8 @@ def test_torque_speed_line(method: str, accuracy: float) -> None:
 
 
 @pytest.mark.parametrize("method", SETTINGS)
-def test_dry_friction_holds_without_creep(method: str) -> None:
-    """Below the level the joint is at rest: rate exactly zero, angle constant, for 100 s."""
+def test_dry_friction_holds_without_creep_and_breaks_loose_above_its_level(method: str) -> None:
+    """At rest, rate exactly zero, for 100 s; 1 % above it starts with (demand - level) / I."""
     settings = {"step": 0.01} if method in ("robust", "implicit-euler", "rk4") else None
     trace = run(
         method, kp=1.0, kd=0.01, target=0.199, duration=100.0, sample=5.0, motor=friction(0.2),
@@ -83,11 +83,6 @@ def test_dry_friction_holds_without_creep(method: str) -> None:
     assert not trace.v[:, -1].any()
     np.testing.assert_array_equal(trace.q[:, -1], trace.q[0, -1])
     np.testing.assert_allclose(trace.torque[:, -1], 0.199, rtol=1e-12)
-
-
-@pytest.mark.parametrize("method", SETTINGS)
-def test_breaks_loose_above_the_level(method: str) -> None:
-    """1 % above the level: the joint starts with (demand - level) / I."""
     trace = run(
         method, kp=1.0, target=0.202, duration=0.01, sample=0.01, motor=friction(0.2)
     )  # fmt: skip

@@ -189,7 +189,7 @@ def test_internal_forces_have_no_resultant_and_no_moment(name, turn):
 
 @every_robot
 def test_forces_in_proportion_to_the_loads_are_not_internal(name):
-    """They push the trunk ahead or turn it: a sum along the loads, a turn about their middle."""
+    """They push the trunk ahead or turn it; those of two feet that squeeze it wholly are."""
     load = np.array([3.0, 5.0, 4.0, 6.0, 8.0, 7.0])
     feet = leg_group(robot(name)).neutral_feet
     arm = feet - load @ feet / load.sum()
@@ -197,11 +197,6 @@ def test_forces_in_proportion_to_the_loads_are_not_internal(name):
     tangential = load[:, None] * (np.array([0.2, -0.1]) + 0.7 * turning)
     assert np.abs(tangential).max() > 1.0
     assert np.abs(internal(name, tangential, load)).max() < 1e-12
-
-
-@every_robot
-def test_two_feet_that_squeeze_the_trunk_are_wholly_internal(name):
-    """Along the line between them, equal and opposed."""
     feet = leg_group(robot(name)).neutral_feet[:, :2]
     along = (feet[4] - feet[0]) / np.linalg.norm(feet[4] - feet[0])
     tangential = np.zeros((6, 2))

@@ -101,6 +101,7 @@ def test_polynomials_are_followed_to_rounding(robot: hp.Robot) -> None:
 
 
 def test_joints_not_named_stand(robot: hp.Robot) -> None:
+    """A cubic may know its accelerations and does not follow them."""
     plan = hp.motion.JointMotion(MOTION).plan(robot, 2.0)
     others = [robot.joint_index(name) for name in robot.joint_names if name not in MOTION]
     assert len(others) == 12
@@ -110,6 +111,9 @@ def test_joints_not_named_stand(robot: hp.Robot) -> None:
     )
     assert not plan.v[:, others].any() and not plan.acceleration[..., others].any()
     np.testing.assert_array_equal(plan.q[:, robot.joint_index("rr_femur_joint")], 0.04)
+    plan = hp.HoldPosture().plan(robot, 1.0)
+    given = JointTrajectory(**fields(plan, acceleration=np.ones((1, 2, 18))))
+    np.testing.assert_array_equal(trajectory_curve(given)(0.5), robot.posture)
 
 
 def test_accelerations_are_one_sided(robot: hp.Robot) -> None:
@@ -124,22 +128,20 @@ def test_accelerations_are_one_sided(robot: hp.Robot) -> None:
     )  # fmt: skip
 
 
-def test_set_points_of_the_formulations_are_the_same_curve(robot: hp.Robot) -> None:
-    plan = hp.motion.JointMotion(MOTION).plan(robot, 3.0)
-    points, time = SetPoints(plan), np.array([0.0, 0.4, 1.1, 2.9999])
-    wanted = quintic(plan, time)
-    found = [np.array(one) for one in zip(*(points(t) for t in time), strict=True)]
-    for got, right, tolerance in zip(found, wanted, (1e-14, 1e-12, 1e-9), strict=True):
-        np.testing.assert_allclose(got, right, atol=tolerance)
-
-
 def test_a_shorter_plan_begins_a_longer_one(robot: hp.Robot) -> None:
+    """Set-points of the formulations are the same curve."""
     control = hp.motion.JointMotion(MOTION)
     short, long = control.plan(robot, 1.3), control.plan(robot, 6.1)
     assert short.time[-1] > 1.3 and long.time[-1] > 6.1  # moving joints do not stop at the end
     for name in ("time", "q", "v", "acceleration"):
         first, second = getattr(short, name), getattr(long, name)
         np.testing.assert_array_equal(first, second[: len(first)])
+    plan = hp.motion.JointMotion(MOTION).plan(robot, 3.0)
+    points, time = SetPoints(plan), np.array([0.0, 0.4, 1.1, 2.9999])
+    wanted = quintic(plan, time)
+    found = [np.array(one) for one in zip(*(points(t) for t in time), strict=True)]
+    for got, right, tolerance in zip(found, wanted, (1e-14, 1e-12, 1e-9), strict=True):
+        np.testing.assert_allclose(got, right, atol=tolerance)
 
 
 def test_kinks_that_differ_by_rounding_are_one_knot(robot: hp.Robot) -> None:
@@ -254,12 +256,6 @@ def test_malformed_accelerations_are_refused(robot, changes, name, value, about)
     plan = hp.motion.JointMotion({"lf_coxa_joint": step}).plan(robot, 0.9)
     with refused(ParameterError, f"JointTrajectory.{name}", value, about=(about,)):
         JointTrajectory(**fields(plan, **changes))
-
-
-def test_a_cubic_may_know_its_accelerations_and_does_not_follow_them(robot: hp.Robot) -> None:
-    plan = hp.HoldPosture().plan(robot, 1.0)
-    given = JointTrajectory(**fields(plan, acceleration=np.ones((1, 2, 18))))
-    np.testing.assert_array_equal(trajectory_curve(given)(0.5), robot.posture)
 
 
 def test_extremes_are_those_of_a_dense_search(robot: hp.Robot) -> None:

@@ -83,8 +83,8 @@ def test_own_torques_are_those_of_newton_and_euler_for_the_whole_tree(name, roto
 
 
 @every_robot
-def test_the_standing_centre_is_that_of_all_masses(name):
-    """By sums over the links, each at its place."""
+def test_the_standing_centre_and_the_give_of_feet(name):
+    """The centre by sums over the links; feet by statics: J^T f turns the joints by J^T f / kp."""
     model = robot(name).model
     data = model.createData()
     q = np.concatenate([[0, 0, 0, 0, 0, 0, 1], robot(name).posture])
@@ -93,11 +93,6 @@ def test_the_standing_centre_is_that_of_all_masses(name):
         body.mass * data.oMi[k].act(body.lever) for k, body in enumerate(model.inertias) if k
     )
     assert standing_centre(robot(name)) == pytest.approx(moment / robot(name).total_mass, abs=1e-12)
-
-
-@every_robot
-def test_a_foot_gives_way_to_a_force_as_its_servos_do(name):
-    """Against statics by hand: torques J^T f turn the joints by J^T f / kp, the foot follows."""
     kp = np.linspace(20.0, 60.0, 18)
     scene = hp.Scene(robot(name), servo=hp.Servo(kp=list(kp), kd=1.0))
     six, stiffness = leg_group(robot(name)), foot_stiffness(scene)

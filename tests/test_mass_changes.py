@@ -36,17 +36,13 @@ def test_a_factor_scales_every_body_or_one_and_moves_none(robot):
 
 
 def test_what_was_put_on_can_be_taken_away(robot):
-    """A point put on a link and removed again leaves the link as it was."""
+    """Two points of 1 kg at x = -1, 1 without the second are one at x = -1."""
     place = (0.02, -0.01, -0.03)
     loads = [hp.Payload(LINK, 0.05, place), hp.loads.RemovedMass(LINK, 0.05, place)]
     ours, theirs = body(hp.Scene(robot, loads=loads)), body(hp.Scene(robot))
     np.testing.assert_allclose(ours.mass, theirs.mass, rtol=1e-14)
     np.testing.assert_allclose(ours.lever, theirs.lever, atol=1e-16)
     np.testing.assert_allclose(ours.inertia, theirs.inertia, rtol=1e-10, atol=1e-15)
-
-
-def test_two_points_less_one_is_the_other():
-    """Closed form: two points of 1 kg at x = -1, 1 without the second are one at x = -1."""
     from hexapod_pin.robot.loading.pin_model import RemovedPoint, _without
 
     pair = pin.Inertia(2.0, np.zeros(3), np.diag([1e-3, 2.0 + 1e-3, 2.0 + 1e-3]))

@@ -110,13 +110,19 @@ def test_rotation_algebra() -> None:
 
 
 def test_bodies_of_a_hexapod() -> None:
-    """19 bodies, three levels of six joints, and the weight of the robot."""
+    """19 bodies, three levels of six joints, the weight of the robot; presets of Baumgarte."""
     robot = hp.load_robot("kharagpur")
     bodies = maximal.read_bodies(robot.urdf, [foot.name for foot in robot.feet])
     assert len(bodies.mass) == 19 and sorted(bodies.joint_names) == sorted(robot.joint_names)
     assert [level.stop - level.start for level in bodies.levels] == [6, 6, 6]
     assert bodies.mass.sum() == pytest.approx(robot.total_mass, rel=1e-14)
     assert [foot.radius for foot in bodies.feet] == [foot.radius for foot in robot.feet]
+    assert (maximal.Baumgarte.off().alpha, maximal.Baumgarte.off().beta) == (0.0, 0.0)
+    assert maximal.Baumgarte.by_step(1e-3).alpha == pytest.approx(1e3)
+    assert maximal.Baumgarte.by_step(1e-3).beta == pytest.approx(np.sqrt(2.0) * 1e3)
+    assert maximal.Baumgarte.constant() == maximal.Baumgarte.critical(5.0)
+    with refused(hp.errors.ParameterError, "step", 0.0):
+        maximal.Baumgarte.by_step(0.0)
 
 
 def test_what_cannot_be_computed_is_refused() -> None:
@@ -183,12 +189,3 @@ def test_reactions_balance_the_last_link() -> None:
         moment = joint.moment + joint.drive * joint.axis + np.cross(arm, joint.force)
         moment += np.cross(point, push) - np.cross(spin, inertia @ spin)
         assert np.abs(moment - inertia @ found.acceleration[b, 3:]).max() < 1e-9
-
-
-def test_baumgarte_presets() -> None:
-    assert (maximal.Baumgarte.off().alpha, maximal.Baumgarte.off().beta) == (0.0, 0.0)
-    assert maximal.Baumgarte.by_step(1e-3).alpha == pytest.approx(1e3)
-    assert maximal.Baumgarte.by_step(1e-3).beta == pytest.approx(np.sqrt(2.0) * 1e3)
-    assert maximal.Baumgarte.constant() == maximal.Baumgarte.critical(5.0)
-    with refused(hp.errors.ParameterError, "step", 0.0):
-        maximal.Baumgarte.by_step(0.0)

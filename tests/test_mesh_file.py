@@ -77,15 +77,12 @@ def volume(mesh: Mesh) -> float:
 
 @pytest.mark.parametrize("name", FILES)
 def test_every_format_gives_the_same_body(tmp_path: Path, name: str) -> None:
+    """A negative scale mirrors, and faces still look outwards."""
     mesh = read_mesh(write(tmp_path, name))
     np.testing.assert_allclose(mesh.bounds, [[0, 0, 0], [1, 2, 3]], atol=1e-7)
     assert volume(mesh) == pytest.approx(1.0, abs=1e-6)
     assert np.array_equal(np.unique(mesh.vertices, axis=0), np.unique(CORNERS, axis=0))
     assert mesh.vertices.shape[1:] == mesh.faces.shape[1:] == (3,) and mesh.note == ""
-
-
-@pytest.mark.parametrize("name", FILES)
-def test_a_negative_scale_mirrors_and_faces_still_look_outwards(tmp_path: Path, name: str) -> None:
     mesh = read_mesh(write(tmp_path, name), (0.001, -0.002, 0.003))
     np.testing.assert_allclose(mesh.bounds, [[0, -0.004, 0], [0.001, 0, 0.009]], atol=1e-9)
     assert volume(mesh) == pytest.approx(6e-9, rel=1e-6)

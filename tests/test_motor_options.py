@@ -24,15 +24,14 @@ def _motor(folder: Path) -> hp.Motor:
 
 
 def test_walk_with_a_motor(run: Run, tmp_path: Path) -> None:
-    """The case holds the record's line and rotor on all joints; what is assumed is printed."""
+    """The case holds the record's line and rotor on all joints; what is assumed is printed.
+
+    13 V on the row of 12 V are 13/12 of stall torque and no-load speed.
+    """
     done = run(*WALK_CASE, "AX-12A")
     assert "motor of all joints: AX-12A at 12 V: stall torque 1.5 N m" in done.out
     assert "assumed: rotor inertia" in done.out
     assert _motor(tmp_path) == hp.load_catalog().get("AX-12A").motor()
-
-
-def test_walk_with_another_supply(run: Run, tmp_path: Path) -> None:
-    """13 V on the row of 12 V: 13/12 of stall torque and no-load speed."""
     done = run(*WALK_CASE, "XM430-W350", "--voltage", "13")
     assert "stall torque 4.442 N m, no-load speed 5.219 rad/s" in done.out
     motor = _motor(tmp_path)
