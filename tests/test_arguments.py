@@ -126,21 +126,17 @@ def test_every_public_call_refuses_an_object_of_no_kind(name: str):
 
 
 METHODS = {
-    "class method": (
-        lambda: hp.robot.Segment.rod(None, 0.1, 0.01, (0.0, 1.0), 1.0, 1.0),
-        "Segment.rod.mass",
-    ),
+    "class method": (lambda: hp.robot.Segment.rod(None, 0.1, 0.01, (0.0, 1.0), 1.0, 1.0),
+         "Segment.rod.mass"),
     "static method": (lambda: hp.Contact.preset([]), "Contact.preset.name"),
     "parameter set": (lambda: hp.Contact.s1().with_mu("x"), "Contact.with_mu.mu"),
     "record": (lambda: hp.load_catalog().get(3), "Catalog.get.model"),
     "path": (lambda: hp.load_catalog().save(b"x"), "Catalog.save.path"),
-    "list for an array": (
-        lambda: hp.motion.Sine(amplitude=1.0, period=1.0).value_and_rate([0.0]),
-        "Sine.value_and_rate.time",
-    ),
+    "list for an array": (lambda: hp.motion.Sine(amplitude=1.0, period=1.0).value_and_rate([0.0]),
+         "Sine.value_and_rate.time"),
     "ragged": (lambda: hp.Flat().height_at([[1.0, 2.0], [3.0]], 0.0), "height_at.x"),
     "shapes": (lambda: hp.Flat().height_at([1.0, 2.0], [1.0, 2.0, 3.0]), "height_at.x, y"),
-}
+}  # fmt: skip
 
 
 @pytest.mark.parametrize("kind", METHODS)
