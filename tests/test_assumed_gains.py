@@ -90,11 +90,20 @@ def test_absurd_efforts_do_not_make_gains(effort: float, tmp_path: Path) -> None
 
 
 def test_the_border_is_where_the_load_of_standing_is(tmp_path: Path) -> None:
+    """Given gains are kept, and scenes written and read."""
     load = float(max(standing_torque(hp.load_robot("kharagpur"))))
     for share, plausible in ((0.99, False), (1.01, True), (19.9, True), (20.1, False)):
         rule = assumed_gains(with_effort(tmp_path, share * load)).rule
         assert (rule is None) is plausible
     assert PLAUSIBLE == (1.0, 20.0)
+    robot = with_effort(tmp_path, 10000.0)
+    servo = hp.Servo.for_robot(robot, kp=50.0, kd=1.0)
+    assert (servo.kp, servo.kd, servo.assumed, servo.rule) == (50.0, 1.0, False, None)
+    half = hp.Servo.for_robot(robot, kp=50.0)
+    assert half.assumed and half.kd == assumed_gains(robot).kd
+    scene = hp.Scene(robot)
+    assert hp.Scene.from_toml(scene.to_toml()).servos == scene.servos
+    assert "rule" not in hp.Scene(hp.load_robot("kharagpur")).to_toml()
 
 
 def test_a_robot_of_absurd_effort_stands_with_the_sag_that_is_promised(tmp_path: Path) -> None:
@@ -105,17 +114,6 @@ def test_a_robot_of_absurd_effort_stands_with_the_sag_that_is_promised(tmp_path:
     sag = np.abs(trace.q[-1, 7:] - trace.q_ref[-1])
     assert SAG / 4.0 < sag.max() < SAG / 2.5
     assert np.abs(trace.v[-1]).max() < 1e-3  # damped
-
-
-def test_given_gains_are_kept_and_scenes_written_and_read(tmp_path: Path) -> None:
-    robot = with_effort(tmp_path, 10000.0)
-    servo = hp.Servo.for_robot(robot, kp=50.0, kd=1.0)
-    assert (servo.kp, servo.kd, servo.assumed, servo.rule) == (50.0, 1.0, False, None)
-    half = hp.Servo.for_robot(robot, kp=50.0)
-    assert half.assumed and half.kd == assumed_gains(robot).kd
-    scene = hp.Scene(robot)
-    assert hp.Scene.from_toml(scene.to_toml()).servos == scene.servos
-    assert "rule" not in hp.Scene(hp.load_robot("kharagpur")).to_toml()
 
 
 def test_leg_length_and_settling_time() -> None:

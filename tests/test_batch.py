@@ -120,6 +120,7 @@ def test_settings_of_the_batch_are_for_cases_that_have_none() -> None:
 
 
 def test_what_cannot_be_planned_is_a_result_too() -> None:
+    """No call looks into a generator; one that gives no cases, or no motors, is named."""
     fast = hp.Case(SCENE, hp.KinematicControl(hp.Gait.tetrapod(cycle_time=0.3)), duration=0.1)
     results = hp.simulate_batch([fast, walk(0.02), fast])
     assert [type(r) for r in results] == [GaitError, hp.Trace, GaitError]
@@ -130,6 +131,11 @@ def test_what_cannot_be_planned_is_a_result_too() -> None:
             hp.simulate_batch([], **{name: value})
     with refused(ParameterError, "simulate_batch.threads", 1.5):
         hp.simulate_batch([], threads=1.5)
+    with refused(ParameterError, "cases", 3):
+        list(hp.simulation.iterate_batch(one for one in [3]))  # type: ignore[misc]
+    trace = hp.simulate(hp.Scene(hp.load_robot("kharagpur")), hp.HoldPosture(), duration=0.1)
+    with refused(ParameterError, "motor_ranking.records", "AX-12A"):
+        hp.sizing.motor_ranking(trace, (one for one in ["AX-12A"]))  # type: ignore[misc]
 
 
 def test_results_come_as_they_finish_and_may_be_left() -> None:
@@ -184,12 +190,3 @@ def test_ctrl_c_keeps_what_is_done(tmp_path: Path) -> None:
     with refused(SimulationInterrupted, about=("3", "4")) as caught:
         hp.simulate_batch(cases, threads=2, keep="summary", progress=after_third)
     assert [type(r) for r in caught.value.results] == [hp.Summary] * 3 + [type(None)]
-
-
-def test_what_a_generator_gives_is_looked_at_when_it_is_taken() -> None:
-    """No call looks into a generator; one that gives no cases, or no motors, is named."""
-    with refused(ParameterError, "cases", 3):
-        list(hp.simulation.iterate_batch(one for one in [3]))  # type: ignore[misc]
-    trace = hp.simulate(hp.Scene(hp.load_robot("kharagpur")), hp.HoldPosture(), duration=0.1)
-    with refused(ParameterError, "motor_ranking.records", "AX-12A"):
-        hp.sizing.motor_ranking(trace, (one for one in ["AX-12A"]))  # type: ignore[misc]

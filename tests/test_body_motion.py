@@ -160,7 +160,7 @@ def test_settings_are_data_and_build_the_controller_again() -> None:
         hp.KinematicControl(GAIT, velocity=command, stop_at=20.0)
 
 
-def test_a_motion_beyond_reach_is_refused_with_its_time() -> None:
+def test_a_motion_or_command_beyond_reach_is_refused_with_its_time() -> None:
     robot = hp.load_robot("kharagpur")
     rising = hp.motion.BodyMotion(height=hp.motion.Waypoints(time=(2.0, 4.0), value=(0.0, 0.25)))
     with refused(GaitError, quantity="body", about=("lf_femur_joint",)) as far:
@@ -171,6 +171,16 @@ def test_a_motion_beyond_reach_is_refused_with_its_time() -> None:
     with refused(GaitError, quantity="cycle_time", about=("tibia_joint", "6")) as fast:
         hp.KinematicControl(GAIT, body=shaking).plan(robot, 5.0)
     assert 0.0 <= float(NUMBER.findall(str(fast.value))[0]) <= 5.0
+    robot = hp.load_robot("kharagpur")
+    fast = hp.motion.VelocityCommand(time=(0.0, 3.0), forward=(0.05, 0.5))
+    about = ("VelocityCommand", "3", "0.5")
+    with refused(GaitError, quantity="speed", about=about) as caught:
+        hp.KinematicControl(GAIT, velocity=fast).plan(robot, 5.0)
+    limit = caught.value.limit
+    assert limit is not None and 0.05 < limit < 0.5
+    slower = hp.motion.VelocityCommand(time=(0.0, 3.0), forward=(0.05, 0.98 * limit))
+    hp.KinematicControl(GAIT, velocity=slower).plan(robot, 5.0)
+    hp.KinematicControl(GAIT, velocity=fast).plan(robot, 2.0)  # ends before
 
 
 @pytest.mark.parametrize("duration", [5e-324, 1e-12, 1e-7])
@@ -279,16 +289,3 @@ def test_a_walk_on_command_follows_it_and_ends_standing() -> None:
     x, y, yaw = control.path(scene.robot).body_pose(np.array([13.0]))[0]
     np.testing.assert_allclose(trace.q[-1, :2], [x, y], atol=0.01 * 0.3)  # 1 % of the path
     assert roll_pitch_yaw(trace.q[-1])[2] == pytest.approx(yaw, abs=0.004)
-
-
-def test_a_command_beyond_reach_names_time_and_limit() -> None:
-    robot = hp.load_robot("kharagpur")
-    fast = hp.motion.VelocityCommand(time=(0.0, 3.0), forward=(0.05, 0.5))
-    about = ("VelocityCommand", "3", "0.5")
-    with refused(GaitError, quantity="speed", about=about) as caught:
-        hp.KinematicControl(GAIT, velocity=fast).plan(robot, 5.0)
-    limit = caught.value.limit
-    assert limit is not None and 0.05 < limit < 0.5
-    slower = hp.motion.VelocityCommand(time=(0.0, 3.0), forward=(0.05, 0.98 * limit))
-    hp.KinematicControl(GAIT, velocity=slower).plan(robot, 5.0)
-    hp.KinematicControl(GAIT, velocity=fast).plan(robot, 2.0)  # ends before

@@ -47,7 +47,10 @@ def trace_file(walked: SimpleNamespace) -> Path:
     return path
 
 
-def test_walk_prints_the_torque_table_and_the_files_it_left(walked: SimpleNamespace):
+def test_walk_prints_its_table_and_leaves_the_trace_of_the_library(
+    walked: SimpleNamespace, trace_file: Path
+):
+    """The command adds nothing: same samples, bit for bit."""
     assert (walked.status, walked.err) == (0, "")
     assert "stroke 0.05 m (as given)" in walked.out
     for row in ("coxa", "femur", "tibia", "rr_tibia_joint", "[N m]", "assumed: "):
@@ -56,10 +59,6 @@ def test_walk_prints_the_torque_table_and_the_files_it_left(walked: SimpleNamesp
         assert f"wrote {walked.folder / name}" in walked.out
     assert sorted(path.name for path in walked.folder.iterdir()) == ["walk.html", "walk.nc"]
     assert (walked.folder / "walk.html").read_text().lstrip().lower().startswith("<!doctype html>")
-
-
-def test_walk_leaves_the_trace_that_the_library_gives(trace_file: Path):
-    """The command adds nothing: same samples, bit for bit."""
     scene = hp.Scene(hp.load_robot("kharagpur"))
     gait = hp.Gait.tripod(stroke=0.05, cycle_time=0.8)
     direct = hp.simulate(scene, hp.KinematicControl(gait), duration=3.2)

@@ -146,14 +146,11 @@ def test_bad_parameters_are_refused_by_name(law, parameters, place, value, allow
         getattr(hp.contact, law)(**parameters)
 
 
-def test_an_unknown_kind_of_law_is_refused() -> None:
-    with refused(ParameterError, "Contact.normal", {"kind": "glue"}):
-        hp.Contact(normal={"kind": "glue"}, friction=FRICTION["tanh"])
-
-
 def test_native_kinds_match_the_python_laws() -> None:
-    """One native kind per class, none left over (but `none`)."""
+    """One native kind per class, none left over (but `none`); an unknown kind is refused."""
     normal = {law.native().kind for law in NORMAL.values()}
     friction = {law.native().kind for law in FRICTIONS.values()}
     assert normal == set(_native.NormalKind)
     assert friction | {_native.FrictionKind.none} == set(_native.FrictionKind)
+    with refused(ParameterError, "Contact.normal", {"kind": "glue"}):
+        hp.Contact(normal={"kind": "glue"}, friction=FRICTION["tanh"])

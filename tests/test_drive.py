@@ -110,8 +110,8 @@ def test_beyond_the_no_load_speed_a_motor_only_brakes() -> None:
     assert drive.switches(0, mode, 0.0, 0.0, 0.0, 0.3)[-1] == pytest.approx(-0.1)
 
 
-def test_armature_is_added_inertia(kharagpur: hp.Robot) -> None:
-    """J n^2 joins the joints' diagonal of the mass matrix and nothing else."""
+def test_armature_and_motors_of_some_joints(kharagpur: hp.Robot) -> None:
+    """J n^2 joins the diagonal of the mass matrix; joints without a motor keep the effort alone."""
     plain = hp.Scene(kharagpur, servo=hp.Servo(kp=20.0, kd=0.4))
     geared = hp.Scene(kharagpur, servo=hp.Servo(kp=20.0, kd=0.4, motor=MOTOR))
     state = kharagpur.stand()
@@ -120,6 +120,15 @@ def test_armature_is_added_inertia(kharagpur: hp.Robot) -> None:
     after = native.evaluate(native_plant(geared), *args)["mass"]
     expected = np.diag([0.0] * 6 + [1e-2] * 18)
     np.testing.assert_allclose(after - before, expected, atol=1e-12)
+    strong = hp.Motor(stall_torque=2.0, no_load_speed=5.0, peak_torque=1.5, rotor_inertia=1e-4)
+    servo = hp.Servo(kp=20.0, kd=0.4, motor={"femur": strong})
+    cap = torque_cap(kharagpur, servo).reshape(6, 3)
+    np.testing.assert_array_equal(cap[:, 0], kharagpur.effort_limit.reshape(6, 3)[:, 0])
+    np.testing.assert_array_equal(cap[:, 1], 1.5)
+    np.testing.assert_array_equal(armature(kharagpur, servo), np.tile([0.0, 1e-4, 0.0], 6))
+    drive = drive_law(kharagpur, servo, hp.JointStops(stiffness=0.0))
+    assert drive.motor_torque(0, 4.0, 100.0) == min(4.0, kharagpur.effort_limit[0])
+    assert drive.motor_torque(1, 4.0, 4.0) == pytest.approx(2.0 - 2.0 * 4.0 / 5.0)
 
 
 def test_gains_by_kind_name_and_sequence(kharagpur: hp.Robot) -> None:
@@ -178,16 +187,3 @@ def test_toml_and_back(kharagpur: hp.Robot, motor: Any) -> None:
     again = hp.Scene.from_toml(scene.to_toml())
     assert again.servo == servo
     assert ("motor" in scene.to_toml()) == (motor is not None)
-
-
-def test_motors_of_some_joints(kharagpur: hp.Robot) -> None:
-    """Joints without a motor keep the effort alone; a peak torque lowers the cap of its own."""
-    strong = hp.Motor(stall_torque=2.0, no_load_speed=5.0, peak_torque=1.5, rotor_inertia=1e-4)
-    servo = hp.Servo(kp=20.0, kd=0.4, motor={"femur": strong})
-    cap = torque_cap(kharagpur, servo).reshape(6, 3)
-    np.testing.assert_array_equal(cap[:, 0], kharagpur.effort_limit.reshape(6, 3)[:, 0])
-    np.testing.assert_array_equal(cap[:, 1], 1.5)
-    np.testing.assert_array_equal(armature(kharagpur, servo), np.tile([0.0, 1e-4, 0.0], 6))
-    drive = drive_law(kharagpur, servo, hp.JointStops(stiffness=0.0))
-    assert drive.motor_torque(0, 4.0, 100.0) == min(4.0, kharagpur.effort_limit[0])
-    assert drive.motor_torque(1, 4.0, 4.0) == pytest.approx(2.0 - 2.0 * 4.0 / 5.0)

@@ -56,6 +56,7 @@ def test_without_parts_it_sends_the_plan(name, walk, delay):
 
 
 def test_without_parts_the_robot_walks_as_under_kinematic_control():
+    """It starts in the posture of the plan."""
     gait, scene = hp.Gait.tripod(), hp.Scene(robot("athena"))
     traces = [
         hp.simulate(scene, control, duration=2.5, sample=0.02, accuracy=1e-5)
@@ -63,6 +64,10 @@ def test_without_parts_the_robot_walks_as_under_kinematic_control():
     ]
     assert np.abs(traces[0].q[:, :3] - traces[1].q[:, :3]).max() < 2e-4
     assert traces[0].q[0] == pytest.approx(traces[1].q[0], abs=1e-12)
+    walk = hp.KinematicControl(hp.Gait.tripod(), body=hp.motion.BodyMotion(height=0.01))
+    trace = hp.simulate(hp.Scene(robot("athena")), hp.FootControl(walk), duration=0.1, sample=0.1)
+    expected = leg_group(robot("athena")).joint_angles(walk.path(robot("athena")).positions([0.0]))
+    assert trace.q[0, 7:] == pytest.approx(expected[0], abs=1e-12)
 
 
 def test_an_update_is_pure():
@@ -159,10 +164,3 @@ def test_a_case_is_read_back_equal_and_runs_to_the_same_bits(name, control, tmp_
     assert again.digest == case.digest
     if control.slip is None or control.slip.signal == "slip":  # a run of few and of other settings
         assert np.array_equal(case.run().q, again.run().q)
-
-
-def test_a_run_starts_in_the_posture_of_the_plan():
-    walk = hp.KinematicControl(hp.Gait.tripod(), body=hp.motion.BodyMotion(height=0.01))
-    trace = hp.simulate(hp.Scene(robot("athena")), hp.FootControl(walk), duration=0.1, sample=0.1)
-    expected = leg_group(robot("athena")).joint_angles(walk.path(robot("athena")).positions([0.0]))
-    assert trace.q[0, 7:] == pytest.approx(expected[0], abs=1e-12)

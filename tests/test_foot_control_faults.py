@@ -157,6 +157,7 @@ def test_a_leg_lost_under_a_tripod_does_not_end_the_run():
 
 
 def test_targets_out_of_reach_are_approached():
+    """Rows of a lock-step are brought within reach one by one."""
     law = made("athena", standing())
     plan = law.walk.table.at(law.lead)[:, :3]
     six, feet = leg_group(robot("athena")), np.array(plan)
@@ -171,9 +172,6 @@ def test_targets_out_of_reach_are_approached():
     assert np.array(places)[others] == pytest.approx(feet[others], abs=1e-9)
     with refused(hp.errors.ReachError, leg="lr"):
         six.legs[2].inverse(feet[2])
-
-
-def test_rows_of_a_lock_step_are_brought_within_reach_one_by_one():
     law = made("athena", standing())
     plan = law.walk.table.at(law.lead)[:, :3]
     feet = np.stack([plan, plan])

@@ -165,15 +165,15 @@ def test_an_anchored_base_stays() -> None:
     assert np.abs(energy - energy[0]).max() < 0.1
 
 
-def test_double_pendulum_of_our_own_meets_the_catalogue() -> None:
+def test_references_of_our_own_meet_the_catalogue() -> None:
+    """The double pendulum; the first flip: it starts at the top where an outer rate is zero.
+
+    HC40 soft by another integrator and another way to count forces than the catalogue's: 1e-11.
+    """
     case = answers("HC13")["seed_leg_femur_tibia"]
     numbers = tuple(float(x) for x in case["params_m1,c1,l1,J1,m2,c2,J2"])
     known = [float(x) for x in case["theta1,theta2,dtheta1,dtheta2 at 1s"]]
     assert double_pendulum(numbers) == pytest.approx(known, abs=1e-11)
-
-
-def test_first_flip_is_a_quarter_of_the_catalogue_s_period() -> None:
-    """It starts at the top of the middle rate where an outer rate is zero."""
     period = float(answers("HC11")["I=(1,2,3),w=(0.01,1,0)"]["period"])
     flip = first_flip(np.array([1.0, 2.0, 3.0]), np.array([0.01, 1.0, 0.0]))
     assert flip == pytest.approx(period / 4.0, rel=1e-13)
@@ -181,10 +181,6 @@ def test_first_flip_is_a_quarter_of_the_catalogue_s_period() -> None:
     case = answers("HC11")["seed_trunk_w2=10,eps=1e-3"]
     flip = first_flip(np.array(TRUNK), np.array([1e-3, 10.0, 1e-3]))
     assert 0.25 * float(case["period"]) < flip < 0.5 * float(case["period"])
-
-
-def test_our_reference_of_hc40_soft_meets_the_catalogue() -> None:
-    """Another integrator and another way to count forces than the catalogue's: 1e-11."""
     robot = drop("soft").scene.robot
     ours, answer = end_state(robot, "soft").q, catalogue_state(robot).q.copy()
     answer[3:7] *= np.sign(ours[3:7] @ answer[3:7])

@@ -207,7 +207,7 @@ def test_a_motion_just_inside_its_limits_is_planned(robot: hp.Robot) -> None:
         hp.motion.JointMotion({"elbow": 0.1}).plan(robot, 1.0)
 
 
-def test_whole_cycles_of_a_motion_that_repeats(robot: hp.Robot) -> None:
+def test_a_motion_of_whole_cycles_is_data(robot: hp.Robot, tmp_path: Path) -> None:
     motion = {"rr_coxa_joint": MOTION["rr_coxa_joint"]}
     plan = hp.motion.JointMotion(motion, cycle_time=0.9, steady_from=0.5, speed=0.1).plan(
         robot, 4.0
@@ -219,9 +219,6 @@ def test_whole_cycles_of_a_motion_that_repeats(robot: hp.Robot) -> None:
     for name, bad in {"cycle_time": 0.0, "steady_from": -1.0, "speed": float("inf")}.items():
         with refused(ParameterError, f"JointMotion.{name}", bad):
             hp.motion.JointMotion(motion, **{name: bad})
-
-
-def test_case_with_a_joint_motion_is_read_back(robot: hp.Robot, tmp_path: Path) -> None:
     control = hp.motion.JointMotion(MOTION, steady_from=0.5)
     assert read_controller(control.to_dict()) == control
     case = hp.Case(hp.Scene(robot), control, duration=2.0)

@@ -118,25 +118,21 @@ def test_peaks_that_nothing_moves_are_peaks() -> None:
         assert row.text == f"peak {row.computed['accuracy']:.4g} N m"
 
 
-def test_a_stiff_contact_turns_a_peak_into_a_range_that_names_it() -> None:
-    """The scene whose peaks hold, with feet a hundred times stiffer: touch-downs dominate."""
+def test_what_moves_a_peak_is_named() -> None:
+    """Where peaks hold, with stiff feet (touch-downs dominate), coarse steps or soft servos.
+
+    Stiffness is varied at the finer step, and is not blamed for coarse ones.
+    """
     hard = replace(calm_scene(), contact=soft_feet(100 / 0.02))
     row = hp.study.judge_peaks(walk(hard, accuracy=1e-3)).kind("tibia")
     assert row.verdict == "range"
     assert "contact stiffness" in row.moved_by
     assert "doubled contact stiffness +" in row.text
-
-
-def test_coarse_steps_turn_peaks_into_ranges_that_name_accuracy_alone() -> None:
-    """The scene whose peaks hold: stiffness is varied at the finer step, and is not blamed."""
     found = hp.study.judge_peaks(walk(calm_scene(), step=5e-3))
     assert "step 0.0005 instead of 0.005 s" in found.table()
     for row in found.kinds:
         assert (row.verdict, row.moved_by) == ("range", ("accuracy",))
         assert "ten times the accuracy -" in row.text
-
-
-def test_soft_servos_turn_peaks_into_ranges_that_name_them() -> None:
     soft = replace(calm_scene(), servo=stiff_servos(0.1))
     row = hp.study.judge_peaks(walk(soft, accuracy=1e-3)).kind("femur")
     assert (row.verdict, row.moved_by) == ("range", ("servo stiffness",))

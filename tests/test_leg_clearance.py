@@ -81,16 +81,16 @@ def test_a_tibia_under_the_trunk_in_closed_form() -> None:
     assert distance == pytest.approx(depth - 0.089 / 2 - 0.015, abs=1e-6)  # an iterated search
 
 
-def test_first_links_are_not_checked_against_the_trunk() -> None:
+def test_shapes_that_are_looked_at(tmp_path: Path) -> None:
+    """First links not against the trunk; a collision shape of the URDF as it is.
+
+    A ball of 30 mm at the middle knee, 120 mm towards the front leg (x of the femur is y).
+    """
     pairs = {frozenset(pair) for pair in leg_bodies(hp.load_robot("athena")).pairs}
     assert frozenset(("lm_femur", "base_link")) in pairs
     assert frozenset(("lm_coxa", "base_link")) not in pairs
     assert frozenset(("lm_coxa", "lm_tibia")) not in pairs
     assert frozenset(("lf_coxa", "lm_coxa")) in pairs
-
-
-def test_a_collision_shape_of_the_urdf_is_taken_as_it_is(tmp_path: Path) -> None:
-    """A ball of 30 mm at the middle knee, 120 mm towards the front leg (x of the femur is y)."""
     ball = (
         '<link name="lm_femur"><collision><origin xyz="0.11934 -0.12 0" rpy="0 0 0"/><geometry>'
         '<sphere radius="0.03"/></geometry></collision>'

@@ -143,12 +143,18 @@ def test_branch_is_the_one_nearest_to_the_posture(robot: Robot) -> None:
 
 
 def test_angles_go_on_from_a_reference_by_whole_turns(robot: Robot) -> None:
+    """One robot has the bits of many."""
     inf = np.full(len(robot.joint_names), np.inf)
     legs = leg_group(dataclasses.replace(robot, lower=-inf, upper=inf)).kinematics
     p_BF = paths(leg_group(robot))[0]
     turned = legs.inverse(p_BF, near=legs.posture + [2.0 * np.pi, 0.0, -2.0 * np.pi])
     expected = legs.inverse(p_BF) + [2.0 * np.pi, 0.0, -2.0 * np.pi]
     np.testing.assert_allclose(turned, expected, atol=1e-14)
+    legs = leg_group(robot)
+    feet = np.swapaxes(paths(legs, 64)[0], 0, 1)
+    together = legs.joint_angles(feet)
+    alone = np.concatenate([legs.joint_angles(row[None]) for row in feet])
+    np.testing.assert_array_equal(together, alone)
 
 
 @pytest.mark.parametrize(
@@ -201,14 +207,6 @@ def test_the_core_solves_as_the_stacked_legs_do(legs: LegGroup) -> None:
                 legs.joint_angles(feet, near)
             continue
         np.testing.assert_allclose(legs.joint_angles(feet, near), wanted, rtol=0.0, atol=1e-12)
-
-
-def test_one_robot_has_the_bits_of_many(robot: Robot) -> None:
-    legs = leg_group(robot)
-    feet = np.swapaxes(paths(legs, 64)[0], 0, 1)
-    together = legs.joint_angles(feet)
-    alone = np.concatenate([legs.joint_angles(row[None]) for row in feet])
-    np.testing.assert_array_equal(together, alone)
 
 
 def test_what_a_leg_cannot_reach_is_refused(robot: Robot) -> None:

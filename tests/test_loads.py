@@ -111,12 +111,22 @@ def test_a_run_with_a_payload_equals_that_of_the_robot_built_with_it(robot, buil
 
 
 def test_the_robots_own_model_is_left_alone(robot: hp.Robot) -> None:
+    """Loads survive the text; a scene without them is written as it always was."""
     before = [body.mass for body in robot.model.inertias]
     scene = hp.Scene(robot, loads=[BOX])
     assert loaded_model(scene) is loaded_model(hp.Scene(robot, loads=[BOX]))  # built once
     assert loaded_model(hp.Scene(robot)) is robot.model
     assert [body.mass for body in robot.model.inertias] == before
     assert scene.total_mass == pytest.approx(robot.total_mass + 0.8, rel=1e-15)
+    loads = [BOX, TOOL, hp.Push("lf_tibia", force=(0, 0, 1), start=0, duration=1)]
+    scene = hp.Scene(robot, loads=[*loads, hp.LostLeg("lf", 0.5)], body_contact=True)
+    again = hp.Scene.from_toml(scene.to_toml())
+    assert (again.loads, again.body_contact) == (scene.loads, True)
+    assert again.to_toml() == scene.to_toml()
+    assert not {"loads", "body_contact"} & set(hp.Scene(robot).to_dict())
+    assert "body contact: the trunk is as large as it is drawn" in scene.assumed
+    assert "payload of 0.05 kg on lf_foot: a point mass" in scene.assumed
+    assert hp.Payload("base_link", 0.8, inertia=BOX.inertia_matrix).inertia == MOMENTS
 
 
 def test_loads_in_the_cores_terms(robot: hp.Robot) -> None:
@@ -140,19 +150,6 @@ def test_loads_in_the_cores_terms(robot: hp.Robot) -> None:
     np.testing.assert_array_equal([place for _, place, _, _ in found.trunk_points], trunk.points)
     touching = native_loads(robot, hp.Scene(robot, body_contact=True).settings)
     assert [name for *_, name in touching.body_points] == list(trunk.names)
-
-
-def test_toml(robot: hp.Robot) -> None:
-    """Loads survive the text; a scene without them is written as it always was."""
-    loads = [BOX, TOOL, hp.Push("lf_tibia", force=(0, 0, 1), start=0, duration=1)]
-    scene = hp.Scene(robot, loads=[*loads, hp.LostLeg("lf", 0.5)], body_contact=True)
-    again = hp.Scene.from_toml(scene.to_toml())
-    assert (again.loads, again.body_contact) == (scene.loads, True)
-    assert again.to_toml() == scene.to_toml()
-    assert not {"loads", "body_contact"} & set(hp.Scene(robot).to_dict())
-    assert "body contact: the trunk is as large as it is drawn" in scene.assumed
-    assert "payload of 0.05 kg on lf_foot: a point mass" in scene.assumed
-    assert hp.Payload("base_link", 0.8, inertia=BOX.inertia_matrix).inertia == MOMENTS
 
 
 @pytest.mark.parametrize(

@@ -217,6 +217,7 @@ def test_scales_that_are_refused(tmp_path: Path, scale: tuple[float, ...]) -> No
 
 
 def test_a_file_is_read_again_when_it_changes(tmp_path: Path) -> None:
+    """The cache is bounded."""
     path = write(tmp_path, "binary.stl")
     first = read_mesh(path)
     assert read_mesh(str(path)) is first and not first.vertices.flags.writeable
@@ -224,9 +225,6 @@ def test_a_file_is_read_again_when_it_changes(tmp_path: Path) -> None:
     path.write_bytes(binary_stl([0] * 4, corners=2.0 * CORNERS))
     os.utime(path, ns=(1, 1))
     assert read_mesh(path).bounds[1] == pytest.approx([2, 4, 6])
-
-
-def test_the_cache_is_bounded() -> None:
     cache, made = MeshCache[str](max_bytes=10), []
     for key in ("a", "b", "a", "c", "a", "b"):
         cache.get(key, lambda key=key: made.append(key) or key, lambda value: 4)
