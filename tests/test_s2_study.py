@@ -1,4 +1,4 @@
-"""S2's study: its script leaves one file for claims and page; Ctrl-C loses nothing."""
+"""S2's study: its script leaves one file for claims, page and figures; Ctrl-C loses nothing."""
 
 from __future__ import annotations
 
@@ -23,10 +23,15 @@ def main(script: str) -> Callable[[list[str]], int]:
 
 
 @pytest.fixture(scope="module")
-def study(tmp_path_factory: pytest.TempPathFactory) -> dict:
-    """Return what the script leaves, with two values of each axis of the sweeps."""
+def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the file that the script leaves, with one value of each axis of the sweeps."""
     path = tmp_path_factory.mktemp("study") / "study.nc"
-    assert main("s2_study")(["--out", str(path), "--every", "11"]) == 0
+    assert main("s2_study")(["--out", str(path), "--every", "99"]) == 0
+    return path
+
+
+@pytest.fixture(scope="module")
+def study(path: Path) -> dict:
     return hp.study.load_study(path)
 
 
@@ -34,7 +39,7 @@ def test_one_file_holds_everything(study: dict) -> None:
     assert set(study) == {*study_cases(), "torque_map", "gait_energy"}
     assert study["paper"].time[-1] == pytest.approx(10.0)
     assert len(study["paper"].time[::5]) == 601  # S2's 600 output steps
-    assert study["torque_map"].torque_peak.shape == (2, 2, 18)
+    assert study["torque_map"].torque_peak.shape == (1, 1, 18)
     assert study["gait_energy"].scenes == ("servo", "prescribed")
 
 
@@ -74,6 +79,24 @@ def test_ctrl_c_keeps_what_is_done(study: dict, monkeypatch: pytest.MonkeyPatch)
         yield lambda fraction: None
 
     with pytest.raises((PartsInterrupted, KeyboardInterrupt)) as caught:
-        study_parts(bar, every=11)
+        study_parts(bar, every=99)
     assert isinstance(caught.value, PartsInterrupted)
     assert set(caught.value.parts) == set(study_cases())
+
+
+SCRIPTS = {
+    "s2_motion": ((), ["s2_motion.png"]),
+    "s2_mass_center": (("--group", "constant"), ["s2_mass_center_constant.png"]),
+    "s2_torques": ((), ["s2_quasi_static.png", "s2_torques.png"]),
+    "s2_sweeps": ((), ["s2_torque_map.png", "s2_torque_peak.png", "s2_torque_rms.png"]),
+    "s2_energy": ((), ["s2_energy.png"]),
+}
+"""Options of the scripts that draw from a study's file, and what they write."""
+
+
+@pytest.mark.parametrize("script", list(SCRIPTS))
+def test_scripts_draw_from_the_file(script: str, path: Path, tmp_path: Path) -> None:
+    options, written = SCRIPTS[script]
+    assert main(script)([str(path), str(tmp_path), *options]) == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == written
+    assert all(10_000 < path.stat().st_size < 200_000 for path in tmp_path.iterdir())

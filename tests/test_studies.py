@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import re
+import shlex
 import shutil
 import socket
 import subprocess
@@ -33,116 +34,60 @@ from hexapod_pin.text_table import Table
 ROOT = Path(__file__).resolve().parents[1]
 STEP = 1e-3
 SHORT = {
-    "batch": ["--cases", "6", "--diverging", "1", "--duration", "0.1", "--share", "2"],
-    "closed_loop_cost": [
-        *("--duration", "0.05", "--rounds", "1", "--steps", "0.005", "--controls", "yielding"),
-        *("--robots", "kharagpur", "--accuracy", "1e-3"),
-    ],
-    "command_kills": ["--kills", "1", "--signals", "0", "--only", "walk", "--duration", "1"],
-    "constraint_drift": ["--duration", "0.02", "--rounds", "1"],
-    "contact_cost": ["--duration", "0.05", "--rounds", "1"],
-    "creep": ["--duration", "0.05"],
-    "foot_control": ["--quick"],
-    "formulations_cost": ["--rounds", "1", "--stiffnesses", "1"],
-    "gain_borders": [
-        *("--robots", "kharagpur", "--contacts", "accurate", "--quantities", "slip.kp"),
-        *("--delays", "20", "--points", "1"),
-    ],
-    "real_robots": ["--duration", "2.4"],
-    "killed_walk": ["--hours", "0.001", "--pieces", "2", "--kills", "1"],
-    "one_hour": ["--cycles", "2"],
-    "peak_sampling": [
-        "--robots",
-        "athena",
-        "--gaits",
-        "tripod",
-        "--contacts",
-        "s1",
-        "--cycle-time",
-        "0.8",
-        "--tight",
-        "1e-5",
-    ],
-    "peak_verdicts": [
-        "--robots",
-        "kharagpur",
-        "--gaits",
-        "tripod",
-        "--contacts",
-        "accurate",
-        "--cycle-time",
-        "0.8",
-        "--cycles",
-        "1",
-        "--accuracy",
-        "1e-2",
-    ],
-    "plan_at_ticks": ["--quick"],
-    "prescribed_cost": [
-        "--rounds",
-        "1",
-        "--robots",
-        "kharagpur",
-        "--contacts",
-        "s1",
-        "--walks",
-        "tetrapod",
-        "--accuracies",
-        "1e-3",
-        "--factors",
-        "1",
-    ],
-    "predictability": [
-        *("--duration", "0.2", "--long", "0.2", "--robots", "athena", "--gaits", "tripod"),
-        *("--grounds", "flat", "--drawn", "1"),
-    ],
-    "promise": [
-        "--scenes",
-        "2",
-        "--seed",
-        "3",
-        "--kinds",
-        "bouncing,sliding",
-        "--accuracies",
-        "1e-4,1e-5",
-    ],
-    "promise_cases": ["--cases", "limp", "--only", "0", "--forces", "0"],
-    "promise_orders": ["--scenes", "patch edge, stiffness", "--accuracies", "1e-4,1e-5,1e-6"],
-    "promise_walks": [
-        "--durations",
-        "0.2",
-        "--robots",
-        "athena",
-        "--gaits",
-        "tetrapod",
-        "--presets",
-        "accurate",
-        "--accuracies",
-        "1e-4",
-        "--explicit-for",
-        "0",
-    ],
-    "robust_cost": ["--quick"],
-    "second_rhs": ["--groups", "friction", "--most", "1", "--tolerance", "1e-7"],
-    "step_cost": ["--quick"],
-    "sweep_cost": ["--cases", "4", "--duration", "0.1", "--dask", "0", "--samples", "0"],
-    "sweep_scale": [
-        "--cases",
-        "400",
-        "--simulated",
-        "16",
-        "--walks",
-        "4",
-        "--duration",
-        "0.1",
-        "--most",
-        "0",
-    ],
-    "sweep_kills": ["--kills", "2", "--cases", "4", "--duration", "0.3"],
-    "motor_feedback": ["--walks", "1"],
-    "walk_tracking": ["--quick"],
-    "tolerance_calibration": ["--drops", "1", "--methods", "extrapolated-euler"],
+    name: shlex.split(words)
+    for name, words in {
+        "batch": "--cases 6 --diverging 1 --duration 0.1 --share 2",
+        "closed_loop_cost": (
+            "--duration 0.05 --rounds 1 --steps 0.005 --controls yielding "
+            "--robots kharagpur --accuracy 1e-3"
+        ),
+        "command_kills": "--kills 1 --signals 0 --only walk --duration 1",
+        "constraint_drift": "--duration 0.02 --rounds 1",
+        "contact_cost": "--duration 0.05 --rounds 1",
+        "creep": "--duration 0.05",
+        "foot_control": "--quick",
+        "formulations_cost": "--rounds 1 --stiffnesses 1",
+        "gain_borders": (
+            "--robots kharagpur --contacts accurate --quantities slip.kp --delays 20 --points 1"
+        ),
+        "real_robots": "--duration 2.4",
+        "killed_walk": "--hours 0.001 --pieces 2 --kills 1",
+        "one_hour": "--cycles 2",
+        "peak_sampling": (
+            "--robots athena --gaits tripod --contacts s1 --cycle-time 0.8 --tight 1e-5"
+        ),
+        "peak_verdicts": (
+            "--robots kharagpur --gaits tripod --contacts accurate --cycle-time 0.8 "
+            "--cycles 1 --accuracy 1e-2"
+        ),
+        "plan_at_ticks": "--quick",
+        "prescribed_cost": (
+            "--rounds 1 --robots kharagpur --contacts s1 --walks tetrapod "
+            "--accuracies 1e-3 --factors 1"
+        ),
+        "predictability": (
+            "--duration 0.2 --long 0.2 --robots athena --gaits tripod --grounds flat --drawn 1"
+        ),
+        "promise": "--scenes 2 --seed 3 --kinds bouncing,sliding --accuracies 1e-4,1e-5",
+        "promise_cases": "--cases limp --only 0 --forces 0",
+        "promise_orders": '--scenes "patch edge, stiffness" --accuracies 1e-4,1e-5,1e-6',
+        "promise_walks": (
+            "--durations 0.2 --robots athena --gaits tetrapod --presets accurate "
+            "--accuracies 1e-4 --explicit-for 0"
+        ),
+        "robust_cost": "--quick",
+        "second_rhs": "--groups friction --most 1 --tolerance 1e-7",
+        "step_cost": "--quick",
+        "sweep_cost": "--cases 4 --duration 0.1 --dask 0 --samples 0",
+        "sweep_scale": "--cases 400 --simulated 16 --walks 4 --duration 0.1 --most 0",
+        "sweep_kills": "--kills 2 --cases 4 --duration 0.3",
+        "motor_feedback": "--walks 1",
+        "walk_tracking": "--quick",
+        "tolerance_calibration": "--drops 1 --methods extrapolated-euler",
+    }.items()
 }
+"""Options with which a study is short."""
+
 ELSEWHERE = {
     "contact_energy": "tests/test_contact_matrix.py",
     "contact_matrix": "tests/test_contact_matrix.py",
@@ -150,10 +95,8 @@ ELSEWHERE = {
     "hc40_references": "ten minutes",
     "restitution_table": "below, as a command",
     "rewritten_robots": "tests/test_rewritten.py",
-    **{f"s2_{name}": "tests/test_walk_figures.py" for name in
-       ("energy", "mass_center", "motion", "sweeps", "torques")},
-    "s2_page": "tests/test_s2_study.py",
-    "s2_study": "tests/test_s2_study.py",
+    **{f"s2_{name}": "tests/test_s2_study.py" for name in
+       ("energy", "mass_center", "motion", "page", "study", "sweeps", "torques")},
 }  # fmt: skip
 """Studies that write no page of docs/results/, and where they are run, or why not."""
 
