@@ -73,28 +73,24 @@ REAL = "exec((__import__('pathlib').Path(__import__('os').__file__).parent / '{}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("start", [["-m", "hexapod_pin"], ["-c", ENTRY]])
+@pytest.mark.parametrize(
+    ("start", "environment"),
+    [(["-m", "hexapod_pin"], {}), (["-c", ENTRY], {"PYTHONPATH": f"{os.pathsep}/none"})],
+)
 def test_modules_that_the_command_itself_runs_are_not_run_by_workers(
-    folder: Path, start: list[str]
+    folder: Path, start: list[str], environment: dict[str, str]
 ) -> None:
-    """Python gives these two ways of starting the current folder; it is not handed on."""
+    """Python gives these two ways of starting the current folder; it is not handed on.
+
+    Nor is an empty entry of the path: `PYTHONPATH=$PYTHONPATH:/somewhere` has one where the
+    variable was not set.
+    """
     for path in folder.glob("*.py"):
         if path.stem in ("struct", "random", "queue"):
             path.write_text(path.read_text() + REAL.format(path.stem))
         elif not path.stem.endswith("customize"):
             path.unlink()
-    process, ran = _started(folder, start)
-    assert ran == {process}
-
-
-def test_an_empty_entry_of_the_path_is_not_handed_on(folder: Path) -> None:
-    """`PYTHONPATH=$PYTHONPATH:/somewhere` has one where the variable was not set."""
-    for path in folder.glob("*.py"):
-        if path.stem in ("struct", "random"):
-            path.write_text(path.read_text() + REAL.format(path.stem))
-        else:
-            path.unlink()
-    process, ran = _started(folder, [_console_script()], PYTHONPATH=f"{os.pathsep}/none")
+    process, ran = _started(folder, start, **environment)
     assert ran == {process}
 
 
