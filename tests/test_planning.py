@@ -75,30 +75,40 @@ def directly(robot: Robot, gait: Gait, end: float, stop_at: float | None) -> lis
 
 
 @every_gait
-@pytest.mark.parametrize("cycles", [0.003, 0.4, 1.0, 3.0, 3.05, 6.6, 11.35])
-def test_plan_from_the_table_equals_one_without(robot: Robot, gait: Gait, cycles: float) -> None:
+def test_plan_from_the_table_equals_one_without(robot: Robot, gait: Gait) -> None:
     """Until the first event that is not before the end, a cycle later at most."""
-    duration = cycles * gait.cycle_time
-    plan = KinematicControl(gait).plan(robot, duration)
-    assert duration - 1e-6 * gait.cycle_time <= plan.time[-1] < duration + gait.cycle_time
-    expected = directly(robot, gait, max(float(plan.time[-1]), 3.0 * gait.cycle_time), None)
-    for found, wanted in zip((plan.time, plan.q, plan.v), expected, strict=True):
-        assert len(found) <= len(wanted)
-        first = wanted[: len(found)]
-        np.testing.assert_allclose(found, first, rtol=0.0, atol=2e-11)  # d'' of the roll: 1e-12
+    plans = []
+    for cycles in (11.35, 6.6, 3.05, 3.0, 1.0, 0.4, 0.003):
+        duration = cycles * gait.cycle_time
+        plans.append(KinematicControl(gait).plan(robot, duration))
+        last = plans[-1].time[-1]
+        assert duration - 1e-6 * gait.cycle_time <= last < duration + gait.cycle_time
+    expected = directly(robot, gait, float(plans[0].time[-1]), None)
+    for plan in plans:
+        for found, wanted in zip((plan.time, plan.q, plan.v), expected, strict=True):
+            assert len(found) <= len(wanted)
+            first = wanted[: len(found)]
+            np.testing.assert_allclose(found, first, rtol=0.0, atol=2e-11)  # d'' of the roll: 1e-12
 
 
-@every_gait
-@pytest.mark.parametrize("stop", [3.25, 4.0, 9.3])
-@pytest.mark.parametrize("cycles", [0.5, 3.1, 11.0])
+@pytest.mark.parametrize(
+    ("name", "gait", "stop", "cycles"),
+    [
+        (("kharagpur", "athena")[(i + k) % 2], gait, stop, (0.5, 3.1, 11.0)[(i + k) % 3])
+        for i, gait in enumerate(GAITS)
+        for k, stop in enumerate((3.25, 4.0, 9.3))
+    ],
+)
 def test_plan_that_stops_equals_one_without_table(
-    robot: Robot, gait: Gait, stop: float, cycles: float
+    name: str, gait: str, stop: float, cycles: float
 ) -> None:
-    duration, stop_at = cycles * gait.cycle_time, stop * gait.cycle_time
-    plan = KinematicControl(gait, stop_at=stop_at).plan(robot, duration)
-    assert plan.time[-1] >= min(duration, stop_at) - 1e-6 * gait.cycle_time
+    """Every gait with every stop, and every stop with every duration."""
+    robot, walk = load_robot(name), GAITS[gait]
+    duration, stop_at = cycles * walk.cycle_time, stop * walk.cycle_time
+    plan = KinematicControl(walk, stop_at=stop_at).plan(robot, duration)
+    assert plan.time[-1] >= min(duration, stop_at) - 1e-6 * walk.cycle_time
     assert plan.time[-1] <= stop_at + 1e-12
-    expected = directly(robot, gait, float(plan.time[-1]), stop_at)
+    expected = directly(robot, walk, float(plan.time[-1]), stop_at)
     for found, wanted in zip((plan.time, plan.q, plan.v), expected, strict=True):
         assert found.shape == wanted.shape
         np.testing.assert_allclose(found, wanted, rtol=0.0, atol=2e-11)

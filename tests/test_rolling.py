@@ -57,10 +57,17 @@ def trunk_motion(control: KinematicControl, path: FootPath, time: float) -> tupl
     return rotation, position, velocity, rotation @ offset.angular_velocity + turn
 
 
-@pytest.mark.parametrize("name", CONTROLS)
-def test_contact_points_stand_still(robot: Robot, name: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "foot"),
+    [
+        *((name, ("kharagpur", 0.03)) for name in CONTROLS),
+        *((name, ("athena", 0.02)) for name in ("turning", "swaying", "commanded")),
+        ("straight", ("kharagpur", 0.01)),
+    ],
+)
+def test_contact_points_stand_still(name: str, foot: tuple[str, float]) -> None:
     """By Pinocchio's kinematics: v + omega x (-r z) = 0 at every foot that is down."""
-    control = CONTROLS[name]
+    robot, control = load_robot(foot[0], foot_radius=foot[1]), CONTROLS[name]
     path, plan = control.path(robot), control.plan(robot, 8.0)
     model, data = robot.model, robot.model.createData()
     neutral, down = leg_group(robot).neutral_feet, path.stance(plan.time)

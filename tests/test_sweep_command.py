@@ -29,23 +29,23 @@ def _run(*words: object) -> int:
 
 @pytest.fixture
 def study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A file with 12 cases, in the folder where the command runs."""
+    """A file with 6 cases, in the folder where the command runs."""
     monkeypatch.chdir(tmp_path)
-    return write_study_file(tmp_path)
+    return write_study_file(tmp_path, 2)
 
 
 def test_it_leaves_store_dataset_and_figure(study: Path, capsys: Any) -> None:
     assert _run(study, "--out", "a.nc", "--plot", "a.svg", "--threads", 2) == 0
     out, err = capsys.readouterr()
-    assert "12 of 12 cases done, 0 failed" in out and not err
+    assert "6 of 6 cases done, 0 failed" in out and not err
     assert "payload [kg]: 0, 0.5, 1" in out and "mu [-]: uniform 0.5 to 0.9" in out
-    assert "12 cases run in " in out and "s a case\nstore: " in out
+    assert "6 cases run in " in out and "s a case\nstore: " in out
     found = hp.study.open_sweep("study.db")
     with xarray.open_dataset("a.nc", engine="h5netcdf") as opened:
         np.testing.assert_array_equal(opened["torque_peak"], found.dataset["torque_peak"])
     assert Path("a.svg").read_text().lstrip().startswith("<?xml")
     assert _run(study) == 2  # it exists
-    assert "12 cases of it finished: continue it with --resume" in capsys.readouterr().err
+    assert "6 cases of it finished: continue it with --resume" in capsys.readouterr().err
     assert _run(study, "--resume", "--out", "a.csv") == 0
     out = capsys.readouterr().out
     assert "cases run in" not in out and "wrote a.csv" in out.replace(f"{Path.cwd()}/", "")
@@ -84,17 +84,17 @@ def test_ctrl_c_ends_with_130_and_says_what_is_kept(
 
     def interrupted(self: Any, outcomes: Any) -> Any:
         new = add(self, outcomes)
-        if len(self.finished) == 5:
+        if len(self.finished) == 2:
             signal.raise_signal(signal.SIGINT)
         return new
 
     monkeypatch.setattr(store.SweepStore, "add", interrupted)
     assert _run(study) == 130
-    assert "interrupted: 5 of 12 cases are kept in" in capsys.readouterr().err
+    assert "interrupted: 2 of 6 cases are kept in" in capsys.readouterr().err
     monkeypatch.undo()
     monkeypatch.chdir(study.parent)
     assert _run(study, "--resume") == 0
-    assert "7 cases run in" in capsys.readouterr().out
+    assert "4 cases run in" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

@@ -25,7 +25,7 @@ from tests.sweep_studies import require_same_bits, small_study
 
 pytestmark = pytest.mark.slow
 distributed = pytest.importorskip("distributed")
-STUDY = small_study()
+STUDY = small_study(2)
 PATIENCE = 60.0
 """Longest wait for a process [s]."""
 
@@ -40,7 +40,7 @@ def cluster() -> Iterator[str]:
 def test_two_workers_give_the_same_bits(cluster: str, tmp_path: Path) -> None:
     here = run_sweep(STUDY, tmp_path / "a.db", threads=2)
     seen: list[float] = []
-    found = run_sweep(STUDY, tmp_path / "b.db", scheduler=cluster, chunk=2, progress=seen.append)
+    found = run_sweep(STUDY, tmp_path / "b.db", scheduler=cluster, chunk=1, progress=seen.append)
     require_same_bits(found.dataset, here.dataset)
     assert seen[0] == 0.0 and seen[-1] == 1.0
     assert len(seen) <= 7 and all(before < after for before, after in itertools.pairwise(seen))
@@ -72,7 +72,7 @@ def test_a_worker_that_is_killed_loses_nothing(cluster: str, tmp_path: Path) -> 
 
     with SweepStore(tmp_path / "b.db", STUDY) as store:
         try:
-            Distribution(STUDY, store, workers, chunk=1, threads=1, progress=kill).run(range(12))
+            Distribution(STUDY, store, workers, chunk=1, threads=1, progress=kill).run(range(6))
         finally:
             workers.close()
     require_same_bits(hp.study.open_sweep(tmp_path / "b.db").dataset, here.dataset)

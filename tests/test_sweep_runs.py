@@ -27,7 +27,7 @@ from hexapod_pin.study.runs.task import run_task, task_of
 from hexapod_pin.study.runs.workers import PoolWorkers
 from tests.sweep_studies import partly_impossible, require_same_bits, small_study
 
-STUDY = small_study()
+STUDY = small_study(2)
 
 
 @pytest.fixture(scope="module")
@@ -39,8 +39,8 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> SweepResult:
 def test_threads_change_no_bit(whole: SweepResult, tmp_path: Path) -> None:
     seen: list[float] = []
     found = run_sweep(STUDY, tmp_path / "a.db", threads=3, progress=seen.append)
-    assert seen == [k / 12 for k in range(13)]
-    assert (found.done, found.failed, found.pending, len(found)) == (12, [], [], 12)
+    assert seen == [k / 6 for k in range(7)]
+    assert (found.done, found.failed, found.pending, len(found)) == (6, [], [], 6)
     require_same_bits(found.dataset, whole.dataset)
 
 
@@ -51,7 +51,7 @@ def test_worker_processes_change_no_bit(whole: SweepResult, tmp_path: Path) -> N
 
 def test_any_executor_changes_no_bit(whole: SweepResult, tmp_path: Path) -> None:
     with ThreadPoolExecutor(2) as pool:
-        found = run_sweep(STUDY, tmp_path / "a.db", executor=pool, chunk=5)
+        found = run_sweep(STUDY, tmp_path / "a.db", executor=pool, chunk=4)
     require_same_bits(found.dataset, whole.dataset)
 
 
@@ -80,12 +80,12 @@ class Breaking(ThreadPoolExecutor):
 
 
 def test_a_case_that_kills_its_worker_fails_alone(whole: SweepResult, tmp_path: Path) -> None:
-    """Once or twice is no reason: case 2 is done in the end. Case 7 always kills."""
-    Breaking.killers = {2: 2, 7: 1000}
+    """Once or twice is no reason: case 2 is done in the end. Case 4 always kills."""
+    Breaking.killers = {2: 2, 4: 1000}
     found = run_sweep(STUDY, tmp_path / "a.db", executor=lambda: Breaking(2), chunk=3)
     ((index, reason),) = found.failed
-    assert index == 7 and "ended its worker 3 times" in reason and found.done == 11
-    others = [k for k in range(12) if k != 7]
+    assert index == 4 and "ended its worker 3 times" in reason and found.done == 5
+    others = [k for k in range(6) if k != 4]
     require_same_bits(found.dataset.isel(case=others), whole.dataset.isel(case=others))
     Breaking.killers = {}
     again = run_sweep(STUDY, tmp_path / "a.db", executor=lambda: Breaking(2), retry_failed=True)
@@ -93,7 +93,7 @@ def test_a_case_that_kills_its_worker_fails_alone(whole: SweepResult, tmp_path: 
 
 
 def test_a_pool_that_never_answers_is_given_up(tmp_path: Path) -> None:
-    Breaking.killers = {k: 1000 for k in range(12)}
+    Breaking.killers = {k: 1000 for k in range(6)}
     with refused(WorkersError, kept=0, about=("BrokenProcessPool",)):
         run_sweep(STUDY, tmp_path / "a.db", executor=lambda: Breaking(1))
 
@@ -106,7 +106,7 @@ def test_a_broken_process_pool_is_made_anew(whole: SweepResult, tmp_path: Path) 
         with SweepStore(tmp_path / "a.db", STUDY) as store:
             cases = Distribution(STUDY, store, workers, chunk=4, threads=1, progress=lambda: None)
             os.kill(pool.submit(os.getpid).result(), signal.SIGKILL)
-            cases.run(range(12))
+            cases.run(range(6))
         assert workers.executor is not pool and cases.deaths > 0
         workers.close()
     require_same_bits(hp.study.open_sweep(tmp_path / "a.db").dataset, whole.dataset)
@@ -137,7 +137,7 @@ def test_a_case_that_raises_anything_concerns_no_other(tmp_path: Path) -> None:
             return super().case(index)
 
     found = run_sweep(Odd(STUDY.text, STUDY.folder), tmp_path / "a.db")
-    assert found.failed == [(4, "ZeroDivisionError: a bug in a controller")] and found.done == 11
+    assert found.failed == [(4, "ZeroDivisionError: a bug in a controller")] and found.done == 5
 
 
 def test_ctrl_c_keeps_what_is_done_and_resume_gives_the_same_bits(
@@ -150,13 +150,13 @@ def test_ctrl_c_keeps_what_is_done_and_resume_gives_the_same_bits(
             if fraction >= 0.4:
                 signal.raise_signal(signal.SIGINT)
 
-        with refused(StudyInterrupted, about=("12", str(path), "--resume")) as caught:
+        with refused(StudyInterrupted, about=("6", str(path), "--resume")) as caught:
             run_sweep(STUDY, path, progress=interrupt, **how)
         kept = caught.value.result.done
-        assert 5 <= kept < 12 and hp.study.open_sweep(path).done == kept
+        assert 3 <= kept < 6 and hp.study.open_sweep(path).done == kept
         seen: list[float] = []
         found = run_sweep(STUDY, path, resume=True, progress=seen.append)
-        assert len(seen) == 13 - kept  # none is run twice
+        assert len(seen) == 7 - kept  # none is run twice
         require_same_bits(found.dataset, whole.dataset)
 
 
@@ -174,7 +174,7 @@ def test_cases_are_made_as_they_are_needed(tmp_path: Path) -> None:
     study = Counting(STUDY.text, STUDY.folder)
     run_sweep(
         study, tmp_path / "a.db", threads=1,
-        progress=lambda done: ahead.append(Counting.made - round(12 * done)),
+        progress=lambda done: ahead.append(Counting.made - round(6 * done)),
     )  # fmt: skip
     assert max(ahead) <= 3  # AHEAD + 1 of a thread
 

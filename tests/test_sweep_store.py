@@ -207,16 +207,16 @@ def test_who_goes_on_takes_the_drawn_values_from_the_store(
 
 def test_a_full_disk_keeps_what_was_committed(tmp_path: Path) -> None:
     """SQLite's own limit of pages; later, with room, the sweep goes on to the same bits."""
-    study, path = small_study(4), tmp_path / "a.db"
+    study, path = small_study(2), tmp_path / "a.db"
     with SweepStore(path, study) as store:
-        outcomes = list(case_outcomes(study, range(12), 1))
+        outcomes = list(case_outcomes(study, range(6), 1))
         pages = store.connection.execute("PRAGMA page_count").fetchone()[0]
-        store.connection.execute(f"PRAGMA max_page_count = {pages + 12}")
+        store.connection.execute(f"PRAGMA max_page_count = {pages + 6}")
         with refused(StoreFullError, path=str(path), about=("--resume",)) as caught:
             for outcome in outcomes:
                 store.add([outcome])
         kept = len(store.finished)
-        assert 0 < kept < 12 and caught.value.kept == kept
+        assert 0 < kept < 6 and caught.value.kept == kept
     assert hp.study.open_sweep(path).done == kept
     whole = run_sweep(study, tmp_path / "b.db")
     require_same_bits(run_sweep(study, path, resume=True).dataset, whole.dataset)
