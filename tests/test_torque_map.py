@@ -16,7 +16,7 @@ from hexapod_pin.results.phase_torque import scheduled_phase_torque
 from hexapod_pin.results.schema import schema
 from hexapod_pin.study.sweep.base_case import walk_times
 from hexapod_pin.study.torque_map import PHASE_SAMPLES
-from hexapod_pin.view import write_torque_curves, write_torque_heat_map
+from hexapod_pin.view import write_torque_curves
 
 ROBOT = hp.load_robot("kharagpur")
 SCENE = hp.Scene(ROBOT, contact=hp.Contact.preset("s2"))
