@@ -12,10 +12,7 @@ import hexapod_pin as hp
 from hexapod_pin import native as _native
 from hexapod_pin.simulation.plant import native_plant
 
-CONTACTS = {
-    "s1": hp.Contact.s1(),
-    "s2": hp.Contact.s2(),
-}
+CONTACTS = {"s1": hp.Contact.s1(), "s2": hp.Contact.s2()}
 
 
 def random_state(robot: hp.Robot, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:

@@ -36,10 +36,7 @@ def pressed(
     robot = hp.load_robot("kharagpur")
     settings = native_plant(hp.Scene(robot, contact=contact), dense=dense)
     n = robot.model.nv
-    tilted, level = (
-        pin.rpy.rpyToMatrix(0.1, -0.05, 1.0),
-        pin.rpy.rpyToMatrix(0.0, 0.0, 1.28),
-    )
+    tilted, level = (pin.rpy.rpyToMatrix(0.1, -0.05, 1.0), pin.rpy.rpyToMatrix(0.0, 0.0, 1.28))
     q0 = pin.neutral(robot.model)
     q0[3:7], q0[7:] = pin.Quaternion(tilted).coeffs(), robot.posture
     xi = np.zeros(n)

@@ -146,14 +146,7 @@ def test_robust_needs_legs_of_three_joints(tmp_path: Path) -> None:
 
 def test_foot_control_takes_no_held_joints(tmp_path: Path) -> None:
     robot = load(legged(pan=True), tmp_path)
-    with refused(
-        GaitError,
-        quantity="legs",
-        about=(
-            "FootControl",
-            "pan_joint",
-        ),
-    ):
+    with refused(GaitError, quantity="legs", about=("FootControl", "pan_joint")):
         hp.simulate(hp.Scene(robot), hp.FootControl(hp.Gait.tetrapod(**STEP)), duration=1.0)
 
 

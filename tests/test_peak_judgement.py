@@ -57,11 +57,7 @@ def test_a_peak_that_stays_is_a_peak_at_the_finer_value() -> None:
     assert row.text == "peak 2.09 N m"
     # each change against the run without it: accuracy from the run, stiffness from the finer run
     assert row.changes == pytest.approx(
-        {
-            "accuracy": 0.09 / 2.0,
-            "contact stiffness": -0.09 / 2.09,
-            "servo stiffness": 0.10 / 2.09,
-        }
+        {"accuracy": 0.09 / 2.0, "contact stiffness": -0.09 / 2.09, "servo stiffness": 0.10 / 2.09}
     )
 
 

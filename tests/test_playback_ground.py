@@ -58,9 +58,7 @@ def triangles(drawn: Any) -> np.ndarray:
 
 
 @pytest.mark.parametrize(
-    "terrain",
-    [hp.Slope(angle=0.3, heading=1.0), STAIRS, HILLS, GROOVE],
-    ids=lambda t: t.kind,
+    "terrain", [hp.Slope(angle=0.3, heading=1.0), STAIRS, HILLS, GROOVE], ids=lambda t: t.kind
 )
 def test_the_surface_is_the_ground_that_was_simulated(robot: hp.Robot, terrain: Any) -> None:
     """Every corner of the mesh lies on the ground, and every face looks up or is a riser."""

@@ -184,9 +184,7 @@ def on_slope(robot: hp.Robot, ratio: float, friction: Any) -> tuple[hp.Scene, hp
     load = robot.total_mass * G * np.cos(angle) / len(robot.feet)
     depth = (load / normal.stiffness) ** (2.0 / 3.0)
     scene = hp.Scene(
-        robot,
-        terrain=hp.Slope(angle=-angle),
-        contact=hp.Contact(normal=normal, friction=friction),
+        robot, terrain=hp.Slope(angle=-angle), contact=hp.Contact(normal=normal, friction=friction)
     )
     turn = pin.rpy.rpyToMatrix(0.0, angle, 0.0)
     q = np.concatenate([turn[:, 2] * -depth, pin.Quaternion(turn).coeffs()])

@@ -10,11 +10,7 @@ import numpy as np
 import pytest
 from oracles import second_rhs
 from oracles.second_rhs import LawScene, SecondRun, difference, integrate
-from oracles.second_rhs.contact_scenes import (
-    friction_scenes,
-    ground_scenes,
-    normal_scenes,
-)
+from oracles.second_rhs.contact_scenes import friction_scenes, ground_scenes, normal_scenes
 from oracles.second_rhs.drive_scenes import drive_scenes
 from oracles.second_rhs.long_scenes import long_scenes
 from oracles.second_rhs.normal_force import restitution_damping
@@ -160,10 +156,7 @@ def test_exact_restitution_is_that_of_the_table() -> None:
 
 @pytest.mark.parametrize(
     ("part", "given", "value"),
-    [
-        ("terrain", hp.Stairs(rise=0.01, run=0.2, count=2), "Stairs"),
-        ("prescribed", True, True),
-    ],
+    [("terrain", hp.Stairs(rise=0.01, run=0.2, count=2), "Stairs"), ("prescribed", True, True)],
 )
 def test_what_is_not_written_is_refused(part: str, given: object, value: object) -> None:
     scene = hp.Scene(hp.load_robot("kharagpur"), **{part: given})

@@ -33,15 +33,7 @@ from hexapod_pin.results.motor_selection import (
 from hexapod_pin.results.sizing import JointDemand, motor_budget
 from hexapod_pin.results.sizing.motor_use import battery_current
 from hexapod_pin.results.sizing.motors import Motors
-from hexapod_pin.view.report import (
-    Cell,
-    Column,
-    Heading,
-    Picture,
-    Table,
-    Title,
-    report_bytes,
-)
+from hexapod_pin.view.report import Cell, Column, Heading, Picture, Table, Title, report_bytes
 from hexapod_pin.view.report_pdf import FONT, Paper
 from hexapod_pin.view.selection_figures import thinned
 from hexapod_pin.view.selection_report import selection_blocks, write_selection_report

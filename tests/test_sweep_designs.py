@@ -30,10 +30,7 @@ SHARES = np.linspace(0.001, 0.999, 41)
         (Triangular(low=-1.0, mode=0.5, high=2.0), stats.triang(0.5, -1.0, 3.0)),
         (Triangular(low=0.0, mode=0.0, high=2.0), stats.triang(0.0, 0.0, 2.0)),
         (Normal(mean=3.0, deviation=0.5), stats.norm(3.0, 0.5)),
-        (
-            Normal(mean=3.0, deviation=0.5, low=2.8, high=4.0),
-            stats.truncnorm(-0.4, 2.0, 3.0, 0.5),
-        ),
+        (Normal(mean=3.0, deviation=0.5, low=2.8, high=4.0), stats.truncnorm(-0.4, 2.0, 3.0, 0.5)),
         (LogNormal(median=2.0, factor=1.5), stats.lognorm(np.log(1.5), scale=2.0)),
     ],
 )

@@ -162,14 +162,7 @@ def test_a_supply_that_a_motor_is_not_made_for_is_refused() -> None:
     )
     assert of.case(1).scene.servos.motor is not None
     for index in (0, 2):
-        with refused(
-            hp.errors.ParameterError,
-            "voltage",
-            allowed=(
-                9,
-                12,
-            ),
-        ):
+        with refused(hp.errors.ParameterError, "voltage", allowed=(9, 12)):
             of.case(index)
 
 

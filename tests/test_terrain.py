@@ -8,14 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import tomli_w
-from grounds import (
-    ALL,
-    HILLS,
-    PATCHED,
-    SHAKEN,
-    SLOPE,
-    STAIRS,
-)
+from grounds import ALL, HILLS, PATCHED, SHAKEN, SLOPE, STAIRS
 from refusals import refused
 
 import hexapod_pin as hp

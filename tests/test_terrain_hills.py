@@ -4,11 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from grounds import (
-    HILLS,
-    nearest,
-    places,
-)
+from grounds import HILLS, nearest, places
 
 import hexapod_pin as hp
 

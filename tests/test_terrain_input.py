@@ -70,12 +70,7 @@ def test_a_patch_must_have_an_area() -> None:
         ([["a", 0.0], [0.0, 0.0]], "HeightField.z", (2,), ()),
         ([[0.0, 0.0], [0.0, math.nan]], "HeightField.z[1, 1]", (FARTHEST_M,), ("nan",)),
         ([[0.0, 0.0], [0.0, math.inf]], "HeightField.z[1, 1]", (FARTHEST_M,), ("inf",)),
-        (
-            [[0.0, 0.0, 0.2], [0.0, 0.0, 0.2]],
-            "HeightField.z[0, 1]",
-            (60,),
-            ("63.4 deg",),
-        ),
+        ([[0.0, 0.0, 0.2], [0.0, 0.0, 0.2]], "HeightField.z[0, 1]", (60,), ("63.4 deg",)),
     ],
 )
 def test_bad_heights_are_named(

@@ -6,16 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from grounds import (
-    ALL,
-    LEDGE,
-    PROFILES,
-    SLOPE,
-    dense,
-    nearest,
-    unit,
-    world,
-)
+from grounds import ALL, LEDGE, PROFILES, SLOPE, dense, nearest, unit, world
 
 import hexapod_pin as hp
 from hexapod_pin.ground.terrain import Polyline

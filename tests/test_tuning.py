@@ -240,11 +240,7 @@ def test_relative_objective_by_hand() -> None:
         ({"budget": 15}, "budget", 15),
         ({"population": 4}, "population", 4),
         ({"penalty": math.inf}, "tune.penalty", math.inf),
-        (
-            {"objective": lambda found, baseline: math.nan},
-            "objective",
-            math.nan,
-        ),
+        ({"objective": lambda found, baseline: math.nan}, "objective", math.nan),
         ({"duration": -1.0}, "duration", -1.0),
     ],
 )

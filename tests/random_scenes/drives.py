@@ -15,12 +15,7 @@ from hexapod_pin.ground.terrain import Flat
 from hexapod_pin.simulation.plant import standing_on
 from random_scenes.bodies import SAMPLE
 from random_scenes.draws import Draws
-from random_scenes.robots import (
-    WALKERS,
-    draw_gait,
-    draw_scene_parts,
-    robot_named,
-)
+from random_scenes.robots import WALKERS, draw_gait, draw_scene_parts, robot_named
 from random_scenes.scene import PromiseScene, SceneLabels
 
 if TYPE_CHECKING:

@@ -24,13 +24,7 @@ from random_scenes.scene import PromiseScene, SceneLabels
 if TYPE_CHECKING:
     pass
 
-from random_scenes.named import (
-    FALLING,
-    floating,
-    point_on_a_slope,
-    sent,
-    walk,
-)
+from random_scenes.named import FALLING, floating, point_on_a_slope, sent, walk
 
 Scenes = list[PromiseScene]
 SEED = 15

@@ -5,13 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from rewriting.parts import (
-    JointPart,
-    LinkPart,
-    Placement,
-    RobotParts,
-    about,
-)
+from rewriting.parts import JointPart, LinkPart, Placement, RobotParts, about
 
 SPLIT_SHARES = (0.2, 0.8)
 """Least and largest share of a link's mass that goes to its new part."""

@@ -8,13 +8,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from rewriting.parts import (
-    JointPart,
-    LinkPart,
-    Placement,
-    RobotParts,
-    roll_pitch_yaw,
-)
+from rewriting.parts import JointPart, LinkPart, Placement, RobotParts, roll_pitch_yaw
 
 
 def text_of(robot: RobotParts) -> str:

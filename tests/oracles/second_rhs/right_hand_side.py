@@ -11,12 +11,7 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.scene.loads import Push
 from oracles.second_rhs.bodies import Bodies
-from oracles.second_rhs.foot_contacts import (
-    SWITCHES,
-    ContactMode,
-    ContactState,
-    FootContacts,
-)
+from oracles.second_rhs.foot_contacts import SWITCHES, ContactMode, ContactState, FootContacts
 from oracles.second_rhs.joint_drives import JointDrives, JointModes
 from oracles.second_rhs.surface import Surface
 from oracles.second_rhs.vectors import cross, length
