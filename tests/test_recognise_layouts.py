@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from leg_robots import COXA, FEMUR, RADIUS, TIBIA, joint, legged, link
 from refusals import refused
-from rewritten_urdf import about_z, found
+from rewriting.steps import about_z, found
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import UrdfError

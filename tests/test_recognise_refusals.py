@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from leg_robots import joint, legged, link
 from refusals import refused
-from rewritten_urdf import found
+from rewriting.steps import found
 
 from hexapod_pin.errors import HexapodError, StateError, UnknownNameError, UrdfError
 from hexapod_pin.robot.description.urdf_file import parse_urdf

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
-from rewritten_urdf import Rewritten, about_z, found
+from rewriting.steps import Rewriter, about_z, found
 
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
@@ -24,7 +24,7 @@ Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 NO_HINTS = RobotHints()
 
 
-def foot_points(robot: Rewritten, layout: RobotLayout) -> Array:
+def foot_points(robot: Rewriter, layout: RobotLayout) -> Array:
     """Return the feet in the original root frame where the original joints are at zero [m]."""
     frames = tree_frames(robot.file(), robot.zero)
     return (
@@ -67,7 +67,7 @@ def test_a_robot_that_states_all_is_not_inferred(name: str) -> None:
      *(("athena", x) for x in (45.0, 90.0, 270.0))],
 )  # fmt: skip
 def test_forward_is_found_at_any_angle_with_the_front_by_names(name: str, degrees: float) -> None:
-    robot = Rewritten.packaged(name).turned(about_z(degrees)).shifted({"tibia": 0.7})
+    robot = Rewriter.packaged(name).turned(about_z(degrees)).shifted({"tibia": 0.7})
     layout = found(robot)
     if degrees % 90 == 0:
         assert np.array_equal(layout.turn, np.round(about_z(degrees)))
@@ -78,7 +78,7 @@ def test_forward_is_found_at_any_angle_with_the_front_by_names(name: str, degree
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_y_up_is_found_from_where_feet_can_be(name: str) -> None:
-    robot = Rewritten.packaged(name).turned(Y_UP).renamed()
+    robot = Rewriter.packaged(name).turned(Y_UP).renamed()
     layout = found(robot)
     assert np.array_equal(layout.turn, Y_UP)
     assert foot_points(robot, layout) == pytest.approx(true_feet(name), abs=1e-12)
@@ -87,7 +87,7 @@ def test_y_up_is_found_from_where_feet_can_be(name: str) -> None:
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_names_axes_zeros_and_nested_links_do_not_matter(name: str) -> None:
-    robot = Rewritten.packaged(name).flipped(every=2)
+    robot = Rewriter.packaged(name).flipped(every=2)
     robot = robot.shifted({"femur": -0.4, "tibia": 0.9}).nested().turned(about_z(37.0)).renamed()
     layout = found(robot)
     assert layout.turn == pytest.approx(about_z(37.0), abs=1e-12)
@@ -98,10 +98,10 @@ def test_names_axes_zeros_and_nested_links_do_not_matter(name: str) -> None:
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_a_turn_by_half_a_circle_without_names_is_resolved_by_the_user(name: str) -> None:
-    layout = found(Rewritten.packaged(name).turned(about_z(180.0)).renamed())
+    layout = found(Rewriter.packaged(name).turned(about_z(180.0)).renamed())
     assert layout.turn[0, 0] == 1.0
     assert any("assumed" in text for text in layout.inferred)
-    robot = Rewritten.packaged(name).turned(about_z(180.0)).renamed()
+    robot = Rewriter.packaged(name).turned(about_z(180.0)).renamed()
     for forward in ("-x", 180.0, "180"):
         layout = found(robot, forward=forward)
         assert np.array_equal(layout.turn, np.diag([-1.0, -1.0, 1.0]))
@@ -110,7 +110,7 @@ def test_a_turn_by_half_a_circle_without_names_is_resolved_by_the_user(name: str
 
 @pytest.mark.parametrize("name", ROBOTS)
 def test_a_foot_frame_at_the_knee_with_the_sphere_at_the_tip(name: str) -> None:
-    robot = Rewritten.packaged(name).feet_at_knees()
+    robot = Rewriter.packaged(name).feet_at_knees()
     layout = found(robot)
     assert foot_points(robot, layout) == pytest.approx(true_feet(name), abs=1e-12)
     assert [leg.foot for leg in layout.legs] == [f"{leg}_foot" for leg in LEG_NAMES]
@@ -120,7 +120,7 @@ def test_a_foot_frame_at_the_knee_with_the_sphere_at_the_tip(name: str) -> None:
 def test_a_foot_sphere_of_triangles_gives_the_same_centre_and_radius(
     name: str, tmp_path: Path
 ) -> None:
-    robot = Rewritten.packaged(name).feet_as_meshes(tmp_path, ROBOTS[name]).feet_at_knees()
+    robot = Rewriter.packaged(name).feet_as_meshes(tmp_path).feet_at_knees()
     layout = found(robot, tmp_path)
     assert foot_points(robot, layout) == pytest.approx(true_feet(name), abs=1e-7)
     assert [leg.radius for leg in layout.legs] == pytest.approx([ROBOTS[name]] * 6, abs=1e-7)
@@ -128,7 +128,7 @@ def test_a_foot_sphere_of_triangles_gives_the_same_centre_and_radius(
 
 
 def test_the_search_of_a_posture_is_that_of_the_same_robot_written_otherwise() -> None:
-    plain, other = (Rewritten.packaged("athena") for _ in range(2))
+    plain, other = (Rewriter.packaged("athena") for _ in range(2))
     other.flipped().shifted({"tibia": 0.5}).turned(about_z(90.0))
     one, two = found(plain), found(other)
     for name, angle in one.posture.items():
@@ -137,7 +137,7 @@ def test_the_search_of_a_posture_is_that_of_the_same_robot_written_otherwise() -
 
 
 def test_the_tree_is_the_one_that_pinocchio_reads() -> None:
-    robot = Rewritten.packaged("athena").nested().flipped(every=3).turned(about_z(37.0))
+    robot = Rewriter.packaged("athena").nested().flipped(every=3).turned(about_z(37.0))
     file = robot.file()
     model = pin.buildModelFromXML(file.text)
     q = np.linspace(-1.0, 1.0, model.nq)

@@ -27,7 +27,7 @@ def to_meshes(robot: RobotParts, kind: str, folder: str) -> dict[str, bytes]:
         for number, shape in enumerate(link.shapes):
             vertices, triangles = mesh_of(shape.kind, shape.size)
             path = f"{folder}/{link.name}_{number}.{form}"
-            write = _stl if form == "stl" else _obj
+            write = stl_bytes if form == "stl" else _obj
             files[path] = write(vertices / scale, triangles)
             shape.kind, shape.size = "mesh", {"filename": path}
             if scale != 1.0:
@@ -76,7 +76,7 @@ def _halves(quads: list[tuple[int, int, int, int]]) -> Array:
     return np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))])
 
 
-def _stl(vertices: Array, triangles: Array) -> bytes:
+def stl_bytes(vertices: Array, triangles: Array) -> bytes:
     """Return a binary STL."""
     corners = vertices[triangles]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
