@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
-import pytest
 
 import hexapod_pin as hp
 from hexapod_pin import native
@@ -38,32 +35,6 @@ def test_more_threads_than_cases_give_the_same_bits() -> None:
 
 def test_an_empty_batch_is_done() -> None:
     assert hp.simulate_batch([], duration=0.1, threads=4) == []
-
-
-@pytest.mark.little_memory
-@pytest.mark.skipif(sys.platform != "linux", reason="bounds the address space as Linux does")
-def test_threads_that_do_not_start_are_an_error() -> None:
-    """With room for a few stacks only: those that have begun end, and a smaller batch runs."""
-    program = (
-        "import resource\n"
-        "from hexapod_pin import native\n"
-        "from test_native_batch import run_of\n"
-        "run = run_of(0.1)\n"
-        "pages = int(open('/proc/self/statm').read().split()[0])\n"
-        "room = pages * resource.getpagesize() + 200 * 2**20\n"
-        "resource.setrlimit(resource.RLIMIT_AS, (room, room))\n"
-        "try:\n"
-        "    native.Batch(5000)\n"
-        "except RuntimeError as error:\n"
-        "    assert 'of 4999 threads' in str(error), error\n"
-        "else:\n"
-        "    raise AssertionError('5000 threads have begun')\n"
-        "batch = native.Batch(2)\n"
-        "batch.add(run.rollout, 100, 10)\n"
-        "assert batch.next_done(60.0) == (0, True, '')\n"
-        "assert batch.next_done(60.0)[0] == -1\n"
-    )
-    subprocess.run([sys.executable, "-c", program], check=True, cwd=Path(__file__).parent)
 
 
 def test_an_abandoned_batch_ends() -> None:

@@ -545,6 +545,9 @@ import numpy as np
 import hexapod_pin as hp
 
 
+POSTURE = np.array(hp.load_robot("kharagpur").posture)
+
+
 class Sway:
     period = 0.005
 
@@ -555,7 +558,7 @@ class Sway:
         return np.zeros((batch, 1))
 
     def update(self, time, m, state):
-        q = np.array(hp.load_robot("kharagpur").posture) + 0.02 * np.sin(40.0 * time) + 0.0 * m.q
+        q = POSTURE + 0.02 * np.sin(40.0 * time) + 0.0 * m.q
         if self.fault and time > 0.0599:
             if self.fault == "exit":
                 sys.exit(0)

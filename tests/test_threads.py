@@ -3,10 +3,6 @@
 from __future__ import annotations
 
 import multiprocessing
-import os
-import signal
-import subprocess
-import sys
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 
 import numpy as np
@@ -63,27 +59,3 @@ def test_processes_give_the_same_bits(start: str):
     with ProcessPoolExecutor(1 if start == "spawn" else 2, mp_context=context) as pool:
         found = list(pool.map(walked, range(2)))
     assert all(np.array_equal(a, b) for a, b in zip(alone, found, strict=True))
-
-
-def test_ctrl_c_in_a_batch_ends_the_process_with_its_results():
-    code = """
-import signal, sys, hexapod_pin as hp
-signal.signal(signal.SIGINT, signal.default_int_handler)
-scene = hp.Scene(hp.load_robot("kharagpur"))
-short = hp.Case(scene, hp.HoldPosture(), duration=0.01)
-long = hp.Case(scene, hp.HoldPosture(), duration=4000.0, step=1e-4, sample=1.0)
-def report(fraction):
-    print("done", flush=True)
-try:
-    hp.simulate_batch([short, long, long, long], threads=4, progress=report)
-except hp.errors.SimulationInterrupted as error:
-    print([type(result).__name__ for result in error.results], flush=True)
-    sys.exit(130)
-"""
-    with subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True) as child:
-        assert child.stdout is not None
-        assert child.stdout.readline() == "done\n"
-        os.kill(child.pid, signal.SIGINT)
-        printed = child.communicate(timeout=30)[0]
-        assert child.returncode == 130
-    assert printed == "['Trace', 'NoneType', 'NoneType', 'NoneType']\n"

@@ -178,6 +178,7 @@ def test_threads_out_of_range(threads: object, name: str, allowed: tuple[int, ..
 
 @pytest.mark.little_memory
 def test_threads_that_cannot_start_are_an_error_not_an_abort():
+    """With room for some stacks only: those that have begun end, and a smaller batch runs."""
     code = """
 import resource, hexapod_pin as hp
 case = hp.Case(hp.Scene(hp.load_robot("kharagpur")), hp.HoldPosture(), duration=0.01)
@@ -187,12 +188,14 @@ try:
     hp.simulate_batch(iter([case] * 900), threads=900)
 except hp.errors.ParameterError as error:
     print(error)
+print(hp.simulate_batch([case, case], threads=2)[1].time[-1])
 """
     done = subprocess.run(
         [sys.executable, "-c", code], check=False, capture_output=True, text=True, timeout=60
     )
     assert done.returncode == 0, done.stderr
     assert "threads = 900" in done.stdout and "the system has started" in done.stdout
+    assert done.stdout.endswith("\n0.01\n")
 
 
 def test_ctrl_c_is_seen_inside_a_long_sample():
@@ -204,9 +207,14 @@ def test_ctrl_c_is_seen_inside_a_long_sample():
     assert len(caught.value.trace.time) == 1
 
 
-def test_ctrl_c_ends_a_batch_whose_run_is_stuck():
+@pytest.mark.parametrize(("short", "sample"), [(0.01, 1.0), (2000.0, 1000.0)])
+def test_ctrl_c_ends_a_batch_with_its_results(short: float, sample: float):
+    """One case is done, or all are in the midst of a sample."""
     threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
-    cases = [hp.Case(SCENE, HOLD, duration=2000.0, step=1e-4, sample=1000.0)] * 3
+    long = {"step": 1e-4, "sample": sample}
+    cases = [hp.Case(SCENE, HOLD, duration=short, **({} if short < 1.0 else long))]
+    cases += [hp.Case(SCENE, HOLD, duration=2000.0, **long)] * 2
     with pytest.raises(SimulationInterrupted) as caught:
-        hp.simulate_batch(cases, threads=2)
-    assert caught.value.results == [None, None, None]
+        hp.simulate_batch(cases, threads=3 if short < 1.0 else 2)
+    kinds = [hp.Trace if short < 1.0 else type(None), type(None), type(None)]
+    assert [type(result) for result in caught.value.results] == kinds
