@@ -6,21 +6,27 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import os
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from refusals import refused
+from studies.sweeps.loopback_cluster import free_port, loopback_cluster
 
 import hexapod_pin as hp
-from hexapod_pin.errors import SweepStoreError
+from hexapod_pin.errors import SweepStoreError, WorkersError
 from hexapod_pin.study.runs import SweepResult, run_sweep
+from hexapod_pin.study.runs import workers as executors
 from hexapod_pin.study.runs.distribution import Distribution
 from hexapod_pin.study.runs.store import SweepStore
-from hexapod_pin.study.runs.workers import WorkerProcesses
+from hexapod_pin.study.runs.workers import DaskWorkers, WorkerProcesses
+from tests.runner_studies import STUDIES
 from tests.sweep_studies import require_same_bits, small_study, write_study_file
 
 pytestmark = pytest.mark.slow
@@ -111,3 +117,74 @@ def test_a_sweep_that_is_killed_goes_on(whole: SweepResult, tmp_path: Path, how:
     assert len(seen) == 13 - kept
     require_same_bits(found.dataset, whole.dataset)
     assert sorted(one.name for one in tmp_path.iterdir()) == ["a.db", "study.toml"]
+
+
+# A sweep on a real Dask scheduler with two worker processes on the loopback.
+
+SMALL = small_study(2)
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory: pytest.TempPathFactory) -> SweepResult:
+    """The small sweep on two threads."""
+    return run_sweep(SMALL, tmp_path_factory.mktemp("small") / "a.db", threads=2)
+
+
+@pytest.fixture(scope="module")
+def cluster() -> Iterator[str]:
+    """The address of a scheduler in a process of its own, with two workers in theirs."""
+    pytest.importorskip("distributed")
+    with loopback_cluster(2) as address:
+        yield address
+
+
+def test_two_workers_give_the_same_bits(cluster: str, small: SweepResult, tmp_path: Path) -> None:
+    import distributed
+
+    seen: list[float] = []
+    found = run_sweep(SMALL, tmp_path / "b.db", scheduler=cluster, chunk=1, progress=seen.append)
+    require_same_bits(found.dataset, small.dataset)
+    assert seen[0] == 0.0 and seen[-1] == 1.0
+    assert len(seen) <= 7 and all(before < after for before, after in itertools.pairwise(seen))
+    with distributed.Client(cluster, set_as_default=False) as client:
+        again = run_sweep(SMALL, tmp_path / "c.db", executor=client.get_executor())
+    require_same_bits(again.dataset, small.dataset)
+
+
+def test_studies_on_the_workers_give_the_same_bits(cluster: str, tmp_path: Path) -> None:
+    """Also an adaptive one, and one that goes on here."""
+    for name in ("mapped", "tuned"):
+        store = tmp_path / f"{name}.db"
+        expected = STUDIES[name]()
+        assert STUDIES[name](scheduler=cluster, store=store) == expected
+        assert STUDIES[name](store=store, resume=True) == expected
+
+
+def test_a_worker_that_is_killed_loses_nothing(
+    cluster: str, small: SweepResult, tmp_path: Path
+) -> None:
+    """The scheduler gives its tasks to the other."""
+    workers = DaskWorkers(cluster)
+    assert workers.slots == 2
+    processes = list(workers.client.run(os.getpid).values())
+
+    def kill() -> None:
+        if processes:
+            os.kill(processes.pop(), signal.SIGKILL)
+            processes.clear()
+
+    with SweepStore(tmp_path / "b.db", SMALL) as store:
+        try:
+            Distribution(SMALL, store, workers, chunk=1, threads=1, progress=kill).run(range(6))
+        finally:
+            workers.close()
+    require_same_bits(hp.study.open_sweep(tmp_path / "b.db").dataset, small.dataset)
+
+
+def test_no_scheduler_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(executors, "PATIENCE", 0.5)
+    address = f"tcp://127.0.0.1:{free_port()}"
+    begin = time.monotonic()
+    with refused(WorkersError, kept=0, about=("Dask", address)):
+        run_sweep(SMALL, tmp_path / "a.db", scheduler=address)
+    assert time.monotonic() - begin < PATIENCE
