@@ -102,6 +102,7 @@ def test_the_page_holds_viewer_scene_and_motion(page: str, trace: Trace) -> None
     assert "MeshCat.Viewer" in page
     assert "Permission is hereby granted" in page  # the viewer's licence travels with it
     assert len(data["times"]) == 31  # 1 s at 30 pictures per second, both ends
+    assert "pictures per second" not in page  # the note on a long walk
     assert data["animation"]["options"]["play"] is True
     assert data["animation"]["options"]["repetitions"] > 1000
     assert sum(c["type"] == "set_object" for c in data["scene"]) > 25
@@ -315,11 +316,9 @@ view(synthetic_trace(duration=0.1), open_browser=False)
 """
     search = os.pathsep.join([str(Path(__file__).parent), *sys.path])
     run = subprocess.Popen(
-        [sys.executable, "-W", "ignore", "-c", code],
-        stdout=subprocess.PIPE,
-        text=True,
+        [sys.executable, "-W", "ignore", "-c", code], stdout=subprocess.PIPE, text=True,
         env={**os.environ, "PYTHONPATH": search},
-    )
+    )  # fmt: skip
     with run:
         assert run.stdout is not None
         url = run.stdout.readline().split()[2]

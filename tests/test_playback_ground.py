@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,6 @@ import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.run_record import RunCase
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.view import write_html
 from hexapod_pin.view.scene_graph import animation_command, scene_commands
 
 HILLS = hp.HeightField.random(7, amplitude=0.03, wavelength=0.5, size=4.0)
@@ -148,10 +146,3 @@ def test_shaken_ground_moves_in_the_picture(robot: hp.Robot) -> None:
     )
     still = animation_command(standing(robot, hp.Flat()))
     assert not [c for c in still["animations"] if c["path"] == "/meshcat/ground"]
-
-
-def test_the_file_holds_the_surface(robot: hp.Robot, tmp_path: Path) -> None:
-    """A page of a walk over hills stays small enough to send: below 12 MB with the viewer."""
-    path = write_html(standing(robot, HILLS), tmp_path / "hills.html")
-    assert "/meshcat/ground/surface" in path.read_text(encoding="utf-8")
-    assert path.stat().st_size < 12e6

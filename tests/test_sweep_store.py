@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import errno
 import json
-import multiprocessing
 import sqlite3
+import subprocess
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -25,7 +26,6 @@ from hexapod_pin.errors import (
 from hexapod_pin.study.runs import run_sweep
 from hexapod_pin.study.runs.outcome import from_bytes, to_bytes
 from hexapod_pin.study.runs.store import SweepStore
-from hexapod_pin.study.runs.store_lock import StoreLock
 from hexapod_pin.study.runs.store_reading import DAMAGED
 from hexapod_pin.study.runs.task import case_outcomes
 from hexapod_pin.study.sweep import SweepStudy
@@ -222,11 +222,14 @@ def test_a_full_disk_keeps_what_was_committed(tmp_path: Path) -> None:
     require_same_bits(run_sweep(study, path, resume=True).dataset, whole.dataset)
 
 
-def _hold(path: Path, ready: object, end: object) -> None:
-    lock = StoreLock(path)
-    ready.set()
-    end.wait(30.0)
-    lock.release()
+HOLD = """
+import sys
+from pathlib import Path
+from hexapod_pin.study.runs.store_lock import StoreLock
+lock = StoreLock(Path(sys.argv[1]))
+print("locked", flush=True)
+sys.stdin.read()
+"""
 
 
 def test_one_writer_at_a_time(tmp_path: Path) -> None:
@@ -234,16 +237,15 @@ def test_one_writer_at_a_time(tmp_path: Path) -> None:
     with SweepStore(path, STUDY), refused(StoreLockedError, path=str(path)) as caught:
         run_sweep(STUDY, path, resume=True)
     assert caught.value.__cause__ is None  # this process knows: the system is not asked
-    context = multiprocessing.get_context("spawn")
-    ready, end = context.Event(), context.Event()
-    holder = context.Process(target=_hold, args=(path, ready, end))
-    holder.start()
-    assert ready.wait(60.0)
+    holder = subprocess.Popen(
+        [sys.executable, "-c", HOLD, str(path)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    )
+    assert holder.stdout is not None and holder.stdout.readline() == b"locked\n"
     with refused(StoreLockedError, path=str(path)) as caught:
         run_sweep(STUDY, path, resume=True)
     assert caught.value.__cause__.errno in (errno.EACCES, errno.EAGAIN)  # another process has it
     holder.kill()
-    holder.join()
+    holder.communicate()
     assert run_sweep(STUDY, path, resume=True).done == 3  # the lock went with its owner
 
 
