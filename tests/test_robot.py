@@ -313,9 +313,7 @@ def test_unknown_names(kharagpur: Robot) -> None:
 
 
 def test_bad_arguments() -> None:
-    """Foot radius and posture out of range are refused, naming the joint."""
-    with refused(ParameterError, "foot_radius", -0.01, allowed=(0.0, 100.0)):
-        load_robot("kharagpur", foot_radius=-0.01)
+    """A radius that is no number and a posture out of range are refused, naming the joint."""
     with refused(ParameterError, "load_robot.foot_radius", float("nan")):
         load_robot("kharagpur", foot_radius=float("nan"))
     with refused(ParameterError, "posture[rr_tibia_joint]", -0.1, allowed=(0.0,)):

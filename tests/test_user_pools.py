@@ -187,17 +187,17 @@ def test_errors_of_a_worker_arrive_as_themselves(
         assert len(again.trace.time) >= 2 and again.trace.digest == error.trace.digest
 
 
-@pytest.mark.parametrize("name", [kind.__name__ for kind in error_types()])
-def test_every_type_of_error_arrives_as_itself(pool: Executor, name: str) -> None:
+def test_every_type_of_error_arrives_as_itself(pool: Executor) -> None:
     """And goes there as an argument."""
-    [error] = [one_of(kind) for kind in error_types() if kind.__name__ == name]
-    with pytest.raises(type(error)) as there:
-        pool.submit(raised, name).result(PATIENCE)
-    back = pool.submit(given_back, error).result(PATIENCE)
-    for again in (there.value, back):
-        assert type(again) is type(error) and str(again) == str(error)
-        held = {key: vars(again).get(key) for key in vars(error)}
-        assert not list(differences(vars(error), held))
+    errors = list(map(one_of, error_types()))
+    back = pool.submit(given_back, errors).result(PATIENCE)
+    names = [type(error).__name__ for error in errors]
+    there = [one.exception(PATIENCE) for one in [pool.submit(raised, name) for name in names]]
+    for error, *found in zip(errors, back, there, strict=True):
+        for again in found:
+            assert type(again) is type(error) and str(again) == str(error)
+            held = {key: vars(again).get(key) for key in vars(error)}
+            assert not list(differences(vars(error), held))
 
 
 SCRIPT = """
