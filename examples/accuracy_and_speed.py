@@ -11,10 +11,10 @@ import hexapod_pin as hp
 DURATION = 1.0  # s
 SAMPLE = 0.01  # s
 SETTINGS = (
-    {"accuracy": 1e-3},  # the default method, extrapolated-euler
-    {"accuracy": 1e-4},
+    {"accuracy": 1e-4},  # the default method, ndf
     {"accuracy": 1e-6},
-    {"method": "ndf", "accuracy": 1e-7},
+    {"accuracy": 1e-8},
+    {"method": "extrapolated-euler", "accuracy": 1e-4},
     {"method": "implicit-euler", "step": 1e-3},
     {"method": "implicit-euler", "step": 1e-4},
     {"method": "robust", "step": 1e-3},

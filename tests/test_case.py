@@ -123,14 +123,15 @@ def test_a_case_repeats_and_goes_on(tmp_path: Path) -> None:
 def test_a_digest_is_of_the_meaning() -> None:
     plain = walk(duration=2)
     same = [
-        walk(duration=2.0, accuracy=1e-4),
-        walk(duration=2.0, method="x3"),
+        walk(duration=2.0, accuracy=1e-4, torque_accuracy="1 %"),
+        walk(duration=2.0, method="ndf", accuracy=1e-4, torque_accuracy="1 %"),
         walk(duration=2.0, sample=0.002),
         replace(plain, scene=replace(plain.scene, robot=hp.load_robot(urdf_path("kharagpur")))),
     ]
     others = [
         walk(duration=2.001, sample=1e-3), walk(duration=2, accuracy=math.nextafter(1e-4, 1.0)),
-        walk(duration=2, method="robust"), walk(duration=2, initial=ROBOT.stand()),
+        walk(duration=2, method="robust"), walk(duration=2, method="x3"),
+        walk(duration=2, initial=ROBOT.stand()),
         replace(plain, controller=hp.HoldPosture()), replace(plain, scene=hp.Scene(ROBOT)),
         replace(plain, scene=replace(plain.scene, robot=hp.load_robot("athena"))),
     ]  # fmt: skip

@@ -12,7 +12,7 @@ from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.native_run import NativeRun, open_loop_run
 from hexapod_pin.simulation.run_settings import RunSettings
 
-SETTINGS = RunSettings.of(0.1, "implicit-euler", None, 1e-3, None)
+SETTINGS = RunSettings.of(0.1, "implicit-euler", None, None, 1e-3, None)
 
 
 def run_of(stroke: float) -> NativeRun:

@@ -194,7 +194,7 @@ def test_a_robot_on_springs_sinks_by_its_weight_over_their_stiffness(tmp_path: P
     scene = hp.Scene(
         robot, contact=hp.Contact.preset("accurate").with_mu(0.0), servo=servo(2000.0, 20.0)
     )
-    run = hp.simulate(scene, hp.HoldPosture(), duration=1.5)
+    run = hp.simulate(scene, hp.HoldPosture(), duration=1.5, accuracy=1e-8)
     columns = [robot.joint_index(f"{leg.name}_spring_joint") for leg in robot.legs]
     pressed = -run.q[-1, 7:][columns]
     weight = robot.total_mass * 9.81

@@ -131,6 +131,15 @@ HABITS = {
 }
 
 
+def test_a_change_of_a_robots_model_is_no_other_robots() -> None:
+    """The package's robots are loaded once; each call has a model of its own."""
+    first, second = load_robot("kharagpur"), load_robot("kharagpur")
+    first.model.armature[6] = 1.0
+    assert first.urdf is second.urdf
+    assert second.model.armature[6] == load_robot("kharagpur").model.armature[6] == 0.0
+    assert load_robot("kharagpur", posture={"lf_coxa_joint": 0.1}).posture[0] == 0.1
+
+
 @pytest.mark.parametrize("habit", HABITS)
 def test_other_naming_habits(tmp_path: Path, habit: str) -> None:
     """Each habit's names, put on the right joints, give the same legs."""

@@ -24,9 +24,9 @@ def main(script: str) -> Callable[[list[str]], int]:
 
 @pytest.fixture(scope="module")
 def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the file that the script leaves, with one value of each axis of the sweeps."""
+    """Return the file that the script leaves, with two values of each axis of the sweeps."""
     path = tmp_path_factory.mktemp("study") / "study.nc"
-    assert main("s2_study")(["--out", str(path), "--every", "99"]) == 0
+    assert main("s2_study")(["--out", str(path), "--every", "11"]) == 0
     return path
 
 
@@ -39,7 +39,7 @@ def test_one_file_holds_everything(study: dict) -> None:
     assert set(study) == {*study_cases(), "torque_map", "gait_energy"}
     assert study["paper"].time[-1] == pytest.approx(10.0)
     assert len(study["paper"].time[::5]) == 601  # S2's 600 output steps
-    assert study["torque_map"].torque_peak.shape == (1, 1, 18)
+    assert study["torque_map"].torque_peak.shape == (2, 2, 18)
     assert study["gait_energy"].scenes == ("servo", "prescribed")
 
 
@@ -79,7 +79,7 @@ def test_ctrl_c_keeps_what_is_done(study: dict, monkeypatch: pytest.MonkeyPatch)
         yield lambda fraction: None
 
     with pytest.raises((PartsInterrupted, KeyboardInterrupt)) as caught:
-        study_parts(bar, every=99)
+        study_parts(bar, every=11)
     assert isinstance(caught.value, PartsInterrupted)
     assert set(caught.value.parts) == set(study_cases())
 

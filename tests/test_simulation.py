@@ -177,12 +177,12 @@ def test_trace_carries_its_scene() -> None:
         ({"step": 1e-3, "sample": 1.5e-3}, "sample/step", pytest.approx(1.5), (1.5e-3, 1e-3), ()),
         ({"sample": 0.3}, "duration/sample", pytest.approx(1 / 0.3), (1.0, 0.3), ()),
         ({"method": "euler"}, "method", "euler", (), ("extrapolated-euler", "robust")),
-        ({"accuracy": 0.0}, "accuracy", 0.0, (1e-8, 0.1), ("'extrapolated-euler'",)),
+        ({"accuracy": 0.0}, "accuracy", 0.0, (1e-12, 0.1), ("'ndf'",)),
         ({"accuracy": float("nan")}, "simulate.accuracy", float("nan"), (), ()),
         ({"accuracy": 1e-4, "step": 1e-3}, "accuracy", 1e-4, (), ("'implicit-euler'",)),
         ({"accuracy": 1e-4, "method": "robust"}, "accuracy", 1e-4, (), ("'robust'",)),
         ({"method": "extrapolated-euler", "step": 1e-3}, "step", 1e-3, (), ("extrapolated-euler",)),
-        ({"method": "ndf", "accuracy": 1e-4}, "accuracy", 1e-4, (1e-5,), ("extrapolated-euler",)),
+        ({"method": "x3", "accuracy": 1e-9}, "accuracy", 1e-9, (1e-8,), ("extrapolated-euler",)),
     ],
 )
 def test_bad_run_settings_are_refused_by_name(

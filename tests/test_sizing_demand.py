@@ -84,7 +84,7 @@ def test_another_rotor_at_the_same_motion() -> None:
 
 
 def test_a_walk_agrees_with_its_samples() -> None:
-    """Peaks of accepted steps are no smaller; means agree to what lies between 2 ms samples."""
+    """Peaks are those of samples and accepted states; means agree to what lies between samples."""
     trace, found = walk(), demand()
     summary = trace.summary
     first, last = (int(round(t / 2e-3)) for t in (summary.start, summary.end))
@@ -93,7 +93,8 @@ def test_a_walk_agrees_with_its_samples() -> None:
     assert found.cycles == summary.cycles == 2
     assert np.array_equal(found.torque, tau) and np.array_equal(found.speed, w)
     assert (found.torque_peak >= np.abs(tau).max(axis=0)).all()
-    assert found.torque_peak == pytest.approx(np.abs(summary.torque_peak), rel=1e-12)
+    largest = np.maximum(np.abs(summary.torque_peak), np.abs(tau).max(axis=0))
+    assert found.torque_peak == pytest.approx(largest, rel=1e-12)
     length = time[-1] - time[0]
     mean_square = np.trapezoid(tau**2, time, axis=0) / length
     assert found.torque_rms == pytest.approx(np.sqrt(mean_square), rel=0.02)

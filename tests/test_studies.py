@@ -62,7 +62,7 @@ SHORT = {
         ),
         "plan_at_ticks": "--quick",
         "prescribed_cost": (
-            "--rounds 1 --robots kharagpur --contacts s1 --walks tetrapod --cycles 2 "
+            "--rounds 1 --robots kharagpur --contacts s1 --walks tetrapod "
             "--accuracies 1e-3 --factors 1"
         ),
         "predictability": (

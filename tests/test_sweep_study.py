@@ -290,6 +290,7 @@ def test_digests_of_cases_are_those_of_their_data() -> None:
             "accuracy": how.method_settings.accuracy,
             "step": how.grid.step,
             "sample": how.grid.sample,
+            **how.method_settings.torque_request,
         }
         text = json.dumps(canonical(data), sort_keys=True)
         assert case.digest == hashlib.sha256(text.encode()).hexdigest()

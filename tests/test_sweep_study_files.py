@@ -92,7 +92,7 @@ BAD = {
     ),
     "a stroke out of range": (walk('[base.gait]\nstroke = -1'), "base.gait.stroke", "equal to 0"),
     "a friction out of range": (walk('mu = -1'), "base.mu", "equal to 0"),
-    "an accuracy out of range": (walk('accuracy = 9'), "base.accuracy", "1e-08 to 0.1"),
+    "an accuracy out of range": (walk('accuracy = 9'), "base.accuracy", "1e-12 to 0.1"),
     "text in a gait": (walk('[base.gait]\nstroke = "0.1"'), "base.gait.stroke", "a number"),
     "unknown contact": (walk('contact = "acurate"'), "base.contact", "mean 'accurate'"),
     "gain of no servo": (walk('prescribed = true\nkp = 3.0'), "base.kp", "no servo acts"),

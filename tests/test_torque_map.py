@@ -105,7 +105,8 @@ def test_phases_part_the_window(found: hp.study.TorqueMap) -> None:
     )
     np.testing.assert_allclose(found.phase_torque_rms_error, bound, atol=1e-9)
     assert found.phase_torque_rms_error.max() < 0.02 * found.phase_torque_rms.max()
-    assert (found.phase_torque_peak.max(axis=2) == found.torque_peak).all()
+    # of samples, and of accepted states, which lie elsewhere: apart by what a peak falls in 1 ms
+    np.testing.assert_allclose(found.phase_torque_peak.max(axis=2), found.torque_peak, rtol=2e-3)
 
 
 def test_phases_are_those_of_the_legs() -> None:
@@ -134,14 +135,17 @@ def test_phases_are_those_of_the_legs() -> None:
 
 
 def test_the_stated_error_is_that_of_a_tenth_of_the_accuracy(found: hp.study.TorqueMap) -> None:
-    """Of two points, the slowest and the fastest; repeated by hand."""
-    check = found.check
-    assert check is not None and check.accuracy == pytest.approx(1e-5)
+    """Of two points, the slowest and the fastest; repeated by hand.
+
+    A tenth of 2e-6 / 0.3, the loosest accuracy that makes a difference to a run of `ndf`.
+    """
+    check, accuracy = found.check, 2e-7 / 0.3
+    assert check is not None and check.accuracy == pytest.approx(accuracy)
     assert sorted(map(tuple, check.points)) == [(0, 1), (1, 0)]
     assert 0.0 < check.error("torque_rms") < 0.02
     assert check.error("cost_of_transport") < 0.01
     tight = hp.torque_map(
-        SCENE, "arc", strokes=[0.06], cycle_times=[1.2], accuracy=1e-5, check=0
+        SCENE, "arc", strokes=[0.06], cycle_times=[1.2], accuracy=accuracy, check=0
     ).torque_rms[0, 0]
     change = np.abs(found.torque_rms[0, 1] - tight).max() / tight.max()
     row = [tuple(p) for p in check.points].index((0, 1))
@@ -182,7 +186,7 @@ def test_a_walk_of_ones_own_and_the_straight_one() -> None:
     [
         ("strokes", [], ()), ("strokes", [0.1, 0.1], ()), ("cycle_times", [-1.0], ()),
         ("cycles", 0, (1,)), ("check", -1, (0,)), ("walk", "moon", ()),
-        ("accuracy", 3.0, (1e-8, 0.1)),
+        ("accuracy", 3.0, (1e-12, 0.1)),
     ],
 )  # fmt: skip
 def test_what_is_out_of_range_is_refused_before_anything_runs(

@@ -103,7 +103,8 @@ def test_wall_time_ends_a_run():
 
 
 def test_samples_before_the_end_are_those_of_a_run_without_limits():
-    settings = dict(duration=0.4, accuracy=1e-6, initial=DROP, estimate=False, sample=1e-3)
+    settings = dict(duration=0.4, accuracy=1e-6, initial=DROP, estimate=False, sample=1e-3,
+                    method="extrapolated-euler")  # fmt: skip
     whole = hp.simulate(SCENE, HOLD, **settings)
     with pytest.raises(WorkLimitError) as caught:
         hp.simulate(SCENE, HOLD, **settings, limits=hp.simulation.WorkLimits(evaluations=1500))

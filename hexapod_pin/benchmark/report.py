@@ -174,9 +174,10 @@ HOW_TO_READ = """This page is written by the command above with `--out`.
   state.
 - A level counts only if every tighter setting meets it too. "not reached" carries the error at the
   tightest setting; "not judged": the level is below the reference's own uncertainty.
-- **error kept**: the method as `simulate` runs it where nothing is said: repeated finer until the
-  error of the whole run is within the accuracy, the first two runs side by side on two threads; its
-  evaluations are those of all runs. Without these words: one run, whose steps keep the accuracy.
+- **error kept**: the method as `simulate` runs it where nothing is said: one run that knows its own
+  error, or runs that are finer each time until the error of the whole run is within the accuracy,
+  the first two side by side on two threads; its evaluations are those of all runs. Without these
+  words: one run, whose steps keep the accuracy.
 - **result**: whether the error is within the accuracy asked for. "FAIL": it is not, and the exit
   status of `hexapod-pin bench` is 1. "error reported": it is
   not, and the run's own estimate reports that. A single run and a fixed step promise nothing. "not

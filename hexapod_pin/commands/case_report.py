@@ -123,7 +123,8 @@ def _error_words(trace: Trace) -> str:
     error = f"error of positions at most {trace.error_estimate:.1e} m or rad"
     if trace.error.torque is not None:
         error += f", of torques {trace.error.torque[-1]:.1e} N m"
-    runs = f"by {trace.counters['runs']} runs"
+    count = trace.counters["runs"]
+    runs = f"by {count} runs" if count > 1 else "carried along by the run"
     if trace.accuracy_kept:
         return f"{error} ({runs}), "
     until = trace.predictable_until

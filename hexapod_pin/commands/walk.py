@@ -120,7 +120,9 @@ def walk(
     ] = False,
     accuracy: Annotated[
         OptionalFloat,
-        typer.Option(help="Largest error in positions [m and rad]; default 1e-4."),
+        typer.Option(
+            help="Largest error in positions [m and rad]; default 1e-4, with 1 % in torques."
+        ),
     ] = None,
     torque_accuracy: Annotated[
         OptionalText,
@@ -135,8 +137,8 @@ def walk(
     method: Annotated[
         OptionalText,
         typer.Option(
-            help="extrapolated-euler (the default), ndf (with a torque accuracy alone), dop853; "
-            "with fixed steps robust, implicit-euler, rk4."
+            help="ndf (the default; extrapolated-euler where a run cannot know its error), "
+            "extrapolated-euler, dop853; with fixed steps robust, implicit-euler, rk4."
         ),
     ] = None,
     step: Annotated[

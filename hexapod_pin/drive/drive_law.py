@@ -25,20 +25,26 @@ def drive_law(robot: Robot, servo: Servo, stops: JointStops) -> DriveLaw:
     kp, kd = servo.gains(robot)
     motors = servo.motors(robot)
     line, slope = np.full(len(motors), np.inf), np.zeros(len(motors))
-    damping, friction = np.array(robot.damping), np.array(robot.friction)
+    damping, friction = np.array(robot.damping), dry_friction(robot, servo)
     for j, motor in enumerate(motors):
         if motor is None:
             continue
         line[j] = motor.stall_torque * motor.voltage_ratio
         slope[j] = motor.stall_torque / motor.no_load_speed
         damping[j] += motor.viscous_friction
-        friction[j] += motor.dry_friction
     return native.drive_law(
         kp=kp, kd=kd, cap=torque_cap(robot, servo), line_torque=line, line_slope=slope,
         damping=damping, friction=friction, lower=np.array(robot.lower, dtype=float),
         upper=np.array(robot.upper, dtype=float), stop_stiffness=stops.stiffnesses(robot),
         stop_dissipation=stops.dissipation,
     )  # fmt: skip
+
+
+def dry_friction(robot: Robot, servo: Servo) -> Array:
+    """Return the level of dry friction of each joint, of URDF and motor (n,) [N m]."""
+    own = [motor.dry_friction if motor else 0.0 for motor in servo.motors(robot)]
+    level: Array = np.array(robot.friction) + own
+    return level
 
 
 def torque_cap(robot: Robot, servo: Servo) -> Array:

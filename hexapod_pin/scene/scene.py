@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import digest
+from hexapod_pin.drive.drive_law import dry_friction
 from hexapod_pin.drive.joint_stops import JointStops
 from hexapod_pin.drive.servo import Servo
 from hexapod_pin.errors import ParameterError
@@ -170,6 +171,16 @@ class Scene(Immutable):
         jumps, any of them may decide whether a foot that comes to rest sticks.
         """
         return not self.robot.joint_names or self.contact.friction.jumps
+
+    @property
+    def carries_errors(self) -> bool:
+        """Whether a run can carry its own error along, as far as the scene shows.
+
+        Not where joints follow a motion, drives have dry friction, or the scene is `sensitive`.
+        """
+        if self.prescribed or self.sensitive:
+            return False
+        return not dry_friction(self.robot, self.servos).any()
 
     @property
     def assumed(self) -> tuple[str, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
@@ -18,7 +19,14 @@ from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.simulation.methods import ORDER
 from hexapod_pin.simulation.native_run import NativeRun
-from hexapod_pin.simulation.resolution import JUMP, Comparison, next_level
+from hexapod_pin.simulation.resolution import (
+    CARRIED_FORCE_SHARE,
+    CARRIED_NUMBER_SHARE,
+    CARRIED_SHARE,
+    JUMP,
+    Comparison,
+    next_level,
+)
 from hexapod_pin.simulation.run_outcome import run_numbers
 from hexapod_pin.simulation.run_settings import RunSettings
 
@@ -31,6 +39,26 @@ class _Ended:
     run: NativeRun
     samples: Mapping[str, Array]
     numbers: Mapping[str, Any]
+    own_error: ErrorEstimate | None
+    own_errors: Mapping[str, Any]
+
+    @classmethod
+    def of(cls, refinement: int, run: NativeRun) -> _Ended:
+        """Return a run with its samples, numbers and what it knows of its own errors."""
+        numbers = run_numbers(run)
+        if not run.follows_error:
+            return cls(refinement, run, run.samples(), numbers, None, {})
+        halves = [
+            differences(Summary, numbers, dict.fromkeys(numbers) | half, CARRIED_NUMBER_SHARE)
+            for half in run.rollout.half_summaries()
+        ]
+        errors = {name: np.fmax(one, halves[1].get(name, one)) for name, one in halves[0].items()}
+        shares = {"torque": CARRIED_FORCE_SHARE, "foot_force": CARRIED_FORCE_SHARE}
+        error = ErrorEstimate(**{
+            name: shares.get(name, CARRIED_SHARE) * carried
+            for name, carried in run.carried_error().items()
+        })  # fmt: skip
+        return cls(refinement, run, run.samples(), numbers, error, errors)
 
     @property
     def events(self) -> int:
@@ -53,40 +81,50 @@ class AccuracyControl:
         """Store the settings requested; nothing is run yet."""
         self.settings = settings
         self.comparisons: list[Comparison] = []
-        self._ended: list[_Ended] = []  # the last two
+        self._ended: list[_Ended] = []  # the two finest
         self._difference: ErrorEstimate | None = None  # of them
+        self._contradicted = False  # what runs know of their errors
         self._diverged: list[NativeRun] = []
         self._level, self._runs, self._evaluations, self._wall_time = 0, 0, 0, 0.0
 
     def take(self, refinement: int, run: NativeRun, wall_time: float | None = None) -> None:
-        """Compare a run that has ended with the last one that ended well.
+        """Compare a run that has ended with the finest one that ended well.
 
         Args:
             refinement: of the run.
             run: the run.
             wall_time: to count for it [s]; None: its own, of a run that ran alone.
         """
-        self._level = refinement
+        self._level = max(self._level, refinement)
         self._runs += 1
         self._evaluations += int(run.rollout.counters()["evaluations"])
         self._wall_time += run.wall_time if wall_time is None else wall_time
         if not run.good:
             self._diverged.append(run)
             return
-        self._ended = [*self._ended[-1:], _Ended(refinement, run, run.samples(), run_numbers(run))]
+        ended = [*self._ended, _Ended.of(refinement, run)]
+        self._ended = sorted(ended, key=lambda one: one.refinement)[-2:]
         if len(self._ended) == 2:
-            coarser, finer = self._ended
-            self._difference = ErrorEstimate.between(finer.samples, coarser.samples, 1.0)
-            torque = finer.samples.get("torque", np.zeros(1))
-            ratio = self.settings.method_settings.error_ratio(
-                self._difference, float(np.abs(torque).max(initial=0.0))
-            )
-            found = Comparison(
-                coarser.refinement, finer.refinement, ratio,
-                events=(coarser.events, finer.events), effort=finer.effort / coarser.effort,
-                order=ORDER.get(self.settings.method_settings.method.name, 0),
-            )  # fmt: skip
-            self.comparisons.append(found.after(self.comparisons[-1] if self.comparisons else None))
+            self._compare(*self._ended)
+
+    def _compare(self, coarser: _Ended, finer: _Ended) -> None:
+        """Find what two runs differ by, and whether their own errors explain it."""
+        self._difference = ErrorEstimate.between(finer.samples, coarser.samples, 1.0)
+        ratio = self._ratio(self._difference)
+        found = Comparison(
+            coarser.refinement, finer.refinement, ratio,
+            events=(coarser.events, finer.events), effort=finer.effort / coarser.effort,
+            order=ORDER.get(self.settings.method_settings.method.name, 0),
+        )  # fmt: skip
+        self.comparisons.append(found.after(self.comparisons[-1] if self.comparisons else None))
+        own = [self._ratio(run.own_error) for run in (coarser, finer) if run.own_error is not None]
+        self._contradicted |= len(own) == 2 and ratio > sum(own)
+
+    def _ratio(self, error: ErrorEstimate) -> float:
+        """Return an error of the finest run over the accuracy requested [-]."""
+        torque = self._chosen.samples.get("torque", np.zeros(1))
+        largest = float(np.abs(torque).max(initial=0.0))
+        return self.settings.method_settings.error_ratio(error, largest)
 
     def next_level(self) -> int | None:
         """Return the level of the next run; None where there is to be none.
@@ -94,11 +132,15 @@ class AccuracyControl:
         Raises:
             DivergenceError: the states of a run and of a finer one are no longer finite.
         """
-        second = self.settings.method_settings.first_levels[1]
-        if self._level < second:
-            return second
-        finest = self.settings.method_settings.finest_level
-        if self._diverged and self._diverged[-1].rollout.ended_by:  # a finer one would be too
+        settings = self.settings.method_settings
+        finest = settings.finest_level
+        if self._kept:
+            return None
+        ended = bool(self._diverged) and bool(self._diverged[-1].rollout.ended_by)
+        if self._runs == 1 and not (ended and settings.carries_error):
+            first, second = settings.first_levels
+            return second if math.isinf(self._own_ratio) else min(first + JUMP, finest)
+        if ended:  # a finer one would be too
             if not self._ended:
                 self._diverged[-1].require_good_so_far()
             return None
@@ -124,12 +166,32 @@ class AccuracyControl:
         return self._ended[-1]
 
     @property
+    def _own_ratio(self) -> float:
+        """Error that the chosen run knows of itself over the accuracy [-]; inf: it knows none."""
+        own = self._chosen.own_error if self._ended else None
+        return math.inf if own is None or self._contradicted else self._ratio(own)
+
+    @property
+    def _kept(self) -> bool:
+        """Whether the chosen run is within the accuracy requested."""
+        return self._own_ratio <= 1.0 or bool(self.comparisons and self.comparisons[-1].kept)
+
+    @property
+    def _knows_error(self) -> bool:
+        """Whether the chosen run's own error is reported, and not the difference of two runs."""
+        own = self._own_ratio
+        compared = self.comparisons[-1].error_ratio if self.comparisons else math.inf
+        return own <= 1.0 or (math.isfinite(own) and own <= compared)
+
+    @property
     def _share(self) -> float:
         """Of the difference, that the chosen run's error is at most [-]."""
         return self.comparisons[-1].error_fraction
 
     @property
     def _error(self) -> ErrorEstimate | None:
+        if self._knows_error:
+            return self._chosen.own_error
         return None if self._difference is None else self._difference.scaled(self._share)
 
     @property
@@ -143,13 +205,15 @@ class AccuracyControl:
         return {
             "wall_time": self._wall_time,
             "tolerance": self._chosen.run.settings.method_settings.tolerance,
-            "accuracy_kept": bool(self.comparisons and self.comparisons[-1].kept),
+            "accuracy_kept": self._kept,
             "error_estimate": None if error is None else float(error.position.max()),
         }
 
     @property
     def _number_errors(self) -> dict[str, Any]:
         """Errors of the summary's numbers."""
+        if self._knows_error:
+            return dict(self._chosen.own_errors)
         if self._difference is None:
             return {}
         coarser, finer = self._ended
@@ -187,9 +251,12 @@ class ControlledRun:
         control = AccuracyControl(self._settings)
         begin = time.perf_counter()
         coarse, fine = self._settings.method_settings.first_levels
-        coarser, finer_run = self._side_by_side(coarse, fine)
-        control.take(coarse, coarser, 0.0)
-        control.take(fine, finer_run, time.perf_counter() - begin)
+        if self._settings.method_settings.carries_error:
+            control.take(coarse, self._at(coarse))
+        else:
+            coarser, finer_run = self._side_by_side(coarse, fine)
+            control.take(coarse, coarser, 0.0)
+            control.take(fine, finer_run, time.perf_counter() - begin)
         while (finer := control.next_level()) is not None:
             control.take(finer, self._at(finer))
         return control

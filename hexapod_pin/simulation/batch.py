@@ -130,7 +130,7 @@ def iterate_batch(
     check_threads(threads)
     if keep not in ("trace", "summary"):
         raise ParameterError("keep", keep, '"trace" or "summary"')
-    RunSettings.of(0.0 if duration is None else duration, method, accuracy, step, sample)
+    RunSettings.of(0.0 if duration is None else duration, method, accuracy, None, step, sample)
     settings: dict[str, Any] = dict(
         duration=duration, accuracy=accuracy, estimate=estimate, method=method, step=step,
         sample=sample, limits=chosen_limits(limits, allow) if limits or allow else None,
@@ -269,6 +269,7 @@ class BatchRuns:
             return _without_frames(error)
         job = _Job(index, run, AccuracyControl(settings) if settings.estimate else None)
         if job.control is not None:
+            job.refinement = settings.method_settings.first_levels[0]
             job.run = run.with_settings(settings.at_level(job.refinement))
         return job
 

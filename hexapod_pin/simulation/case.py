@@ -149,18 +149,20 @@ def simulate(
         controller: gives the joint set-points: all of them before the run (`KinematicControl`,
             `HoldPosture`), or at its ticks from what it measures (a `FeedbackController`).
         duration: simulated time [s]; 0 returns the initial sample.
-        accuracy: largest error in positions at the sampled times [m and rad]; default 1e-4. The
-            case is run at two resolutions or more until its estimated error is within the accuracy;
-            where that is impossible, `trace.accuracy_kept` is False and `trace.predictable_until`
-            is the last time within it.
+        accuracy: largest error in positions at the sampled times [m and rad]; default 1e-4. A run
+            that knows its own error is enough; otherwise the case is run at two resolutions or more
+            until its estimated error is within the accuracy. Where that is impossible,
+            `trace.accuracy_kept` is False and `trace.predictable_until` is the last time within it.
         torque_accuracy: largest error in torques at the sampled times [N m], or as a share of the
-            largest torque, such as "1 %"; instead of `accuracy`, or in addition.
+            largest torque, such as "1 %"; instead of `accuracy`, or in addition. Where neither is
+            given, both are in force: 1e-4 and "1 %" (1e-4 alone with "extrapolated-euler").
         estimate: False: a single run, each of whose steps meets the accuracy; the error of the
             whole run is unknown. None: True, except for a `FeedbackController`: with True it is
             called in every run and must be pure.
-        method: "extrapolated-euler" (adaptive, the default), "ndf" (1e-5 and tighter; the default
-            where `torque_accuracy` is given alone), "dop853" (explicit, for references); or with
-            fixed steps "robust", "implicit-euler" (the default where a step is given), "rk4".
+        method: adaptive "ndf" (the default of planned runs that can know their own error; see
+            docs/accuracy.md), "extrapolated-euler" (the default of all others), "dop853" (explicit,
+            for references); or with fixed steps "robust", "implicit-euler" (the default where a
+            step is given), "rk4".
         step: integration step of a fixed-step method [s]; default 1 ms.
         sample: time between samples [s]. Adaptive: default 2 ms. Fixed steps: a whole number of
             steps, default 1 ms or one step.

@@ -18,14 +18,20 @@ from hexapod_pin.control.arc_walk import ArcWalk
 from hexapod_pin.control.feedback import FeedbackController
 from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.control.registry import controller_to_dict, read_controller, table
+from hexapod_pin.control.sampled_trajectory import SampledTrajectory
 from hexapod_pin.errors import HexapodError, ParameterError
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.checkpoint import Checkpoint
-from hexapod_pin.results.run_facts import recorded_groups
+from hexapod_pin.results.run_facts import left_out, recorded_groups
 from hexapod_pin.robot.robot import PACKAGED
 from hexapod_pin.robot.state import State
 from hexapod_pin.scene.canonical_text import TEXTS, canonical_text, joined
 from hexapod_pin.scene.scene import Scene, scene_parts, scene_text
+from hexapod_pin.simulation.methods import (
+    CARRYING_METHOD,
+    DEFAULT_ACCURACY,
+    DEFAULT_TORQUE_ACCURACY,
+)
 from hexapod_pin.simulation.run_settings import RunSettings, WorkLimits
 from hexapod_pin.spec import read_toml
 
@@ -67,9 +73,32 @@ class CaseData(Immutable):
 
     def _settings(self, duration: float) -> RunSettings:
         return RunSettings.of(
-            duration, self.method, self.accuracy, self.step, self.sample, self.torque_accuracy,
-            self._estimated, self.limits,
-        )  # fmt: skip
+            duration, self._method, *self._accuracies, self.sample, self._estimated, self.limits
+        )
+
+    @property
+    def _carries_error(self) -> bool:
+        """Whether a run of the usual method knows its error.
+
+        Not under set-points that jump often: such a run begins a new history at each of them.
+        """
+        jumps = isinstance(self.controller, FeedbackController | SampledTrajectory)
+        return not jumps and self.scene.carries_errors
+
+    @property
+    def _method(self) -> str | None:
+        """The method given, or the usual one; None: that of `resolve_method`."""
+        usual = self.method is None and self.step is None and self._carries_error
+        return CARRYING_METHOD if usual else self.method
+
+    @property
+    def _accuracies(self) -> tuple[float | None, float | str | None, float | None]:
+        """Accuracies of positions and torques, and the step, as given; the usual where none is."""
+        given = (self.accuracy, self.torque_accuracy, self.step)
+        nothing = self.method is None and all(value is None for value in given)
+        if nothing and "torque" not in left_out(self.record) and self._carries_error:
+            return DEFAULT_ACCURACY, DEFAULT_TORQUE_ACCURACY, None
+        return given
 
     @property
     def _estimated(self) -> bool:
@@ -95,7 +124,7 @@ class CaseData(Immutable):
         settings = self._settings(self.duration)
         return replace(
             settings,
-            method_settings=replace(settings.method_settings, sensitive=self.scene.sensitive),
+            method_settings=settings.method_settings.for_scene(self.scene),
         )
 
     def with_defaults(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.immutable import Immutable
-from hexapod_pin.simulation.resolution import LEVELS_PER_DECADE, MOST_LEVELS
+from hexapod_pin.simulation.resolution import JUMP, LEVELS_PER_DECADE, MOST_LEVELS
 
 if TYPE_CHECKING:
     from hexapod_pin.results.error_estimate import ErrorEstimate
@@ -32,6 +32,9 @@ HELD_LEVELS = {"extrapolated-euler": 2, "ndf": 0, "dop853": 0}
 """How many levels finer the second run is where `LOOSEST_TOLERANCE` limits level 0 to a tenth of
 what the accuracy allows: two such runs may both be wrong about which foot slides or touches."""
 
+CARRIED_RATIO = 0.3
+"""Tolerance over accuracy of the first run that carries its error along, at most [-]."""
+
 SENSITIVE_LEVELS = {"extrapolated-euler": 4, "ndf": 0, "dop853": 4}
 """The same for a `sensitive` scene: down to a hundredth of the tolerance."""
 
@@ -42,6 +45,10 @@ DEFAULT_STEP = 1e-3
 """[s]"""
 
 DEFAULT_METHOD = "extrapolated-euler"
+CARRYING_METHOD = "ndf"
+"""Of planned runs in a scene in which they carry their error along; see `Scene.carries_errors`."""
+DEFAULT_TORQUE_ACCURACY = "1 %"
+"""Of the largest torque, in such runs, beside `DEFAULT_ACCURACY`, where no accuracy is given."""
 DEFAULT_TORQUE_METHOD = "ndf"
 """Where an accuracy of torques is given alone: its torques are more accurate than its positions."""
 DEFAULT_FIXED_METHOD = "implicit-euler"
@@ -71,9 +78,9 @@ METHODS = {
     method.name: method
     for method in (
         Method(
-            "extrapolated-euler", True, 1e-8, 0.1, "linearly implicit Euler, order 3; the default"
+            "extrapolated-euler", True, 1e-8, 0.1, "linearly implicit Euler, order 3, for feedback"
         ),
-        Method("ndf", True, 1e-12, 1e-5, "NDF 1-5, for tight accuracy and reference runs"),
+        Method("ndf", True, 1e-12, 0.1, "NDF 1-5; a run knows its own error; the default"),
         Method("dop853", True, 1e-12, 1e-2, "explicit, order 8, no Jacobian: independent truth"),
         Method("robust", False, 0.0, 0.0, "nested Newton contact solve; never blows up"),
         Method("implicit-euler", False, 0.0, 0.0, "linearly implicit, order 1, one solve a step"),
@@ -108,6 +115,7 @@ class MethodSettings:
             tolerances fall to a tenth with four levels. None: `accuracy` is the tolerance of one
             step, and the error of the whole run is unknown.
         sensitive: whether small errors may change the motion of the scene altogether.
+        carries_error: whether runs whose global error is controlled carry it along.
     """
 
     method: Method
@@ -118,6 +126,12 @@ class MethodSettings:
     positions: bool = True
     refinement: int | None = None
     sensitive: bool = False
+    carries_error: bool = False
+
+    def for_scene(self, scene: Scene) -> MethodSettings:
+        """Return the settings for a scene, which says how its errors can be found."""
+        carries = self.method.name == CARRYING_METHOD and scene.carries_errors
+        return replace(self, sensitive=scene.sensitive, carries_error=carries)
 
     @property
     def tolerance(self) -> float:
@@ -130,14 +144,30 @@ class MethodSettings:
         return min(loosest, START_RATIO * self.accuracy) / self.tolerance_ratio
 
     @property
+    def resolved_accuracy(self) -> float:
+        """The accuracy below which runs get finer [m and rad]: at looser ones they are the same."""
+        share = CARRIED_RATIO if self.carries_error else START_RATIO
+        return min(self.accuracy, LOOSEST_TOLERANCE[self.method.name] / share)
+
+    @property
     def tolerance_ratio(self) -> float:
         """Tolerance at level 0 over that of this level, at least 1 [-]."""
         return float(10.0 ** ((self.refinement or 0) / LEVELS_PER_DECADE))
 
     @property
     def first_levels(self) -> tuple[int, int]:
-        """Levels of the first two runs of an adaptive method."""
+        """Levels of the first two runs of an adaptive method.
+
+        A run that carries its error along needs no second one where that is small enough; if it
+        needs one, a coarser one will do where there is any.
+        """
         name = self.method.name
+        if self.carries_error:
+            coarsest = replace(self, refinement=0).tolerance
+            decades = math.log10(coarsest / (CARRIED_RATIO * self.accuracy))
+            first = max(0, math.ceil(LEVELS_PER_DECADE * decades - 1e-9))
+            apart = SECOND_LEVEL[name]
+            return first, (first + apart if first < JUMP else max(0, first - apart))
         decades = math.log10(START_RATIO * self.accuracy / LOOSEST_TOLERANCE[name])
         further = math.ceil(HELD_LEVELS[name] * min(1.0, max(0.0, decades - 1e-9)))
         if self.sensitive:
@@ -150,7 +180,7 @@ class MethodSettings:
         coarsest = replace(self, refinement=0).tolerance
         decades = math.log10(coarsest / LEAST_TOLERANCE[self.method.name])
         return max(
-            self.first_levels[-1], min(MOST_LEVELS, math.floor(LEVELS_PER_DECADE * decades + 1e-9))
+            *self.first_levels, min(MOST_LEVELS, math.floor(LEVELS_PER_DECADE * decades + 1e-9))
         )
 
     def error_ratio(self, error: ErrorEstimate, largest_torque: float) -> float:
@@ -183,7 +213,8 @@ def resolve_method(
     """Return the method of the settings given.
 
     Nothing given: "extrapolated-euler" at 1e-4. An accuracy alone: the same at that. An accuracy of
-    torques alone: "ndf". A step alone: "implicit-euler".
+    torques alone: "ndf". A step alone: "implicit-euler". A `Case` that knows its scene may choose
+    another.
 
     Raises:
         ParameterError: unknown method; accuracy or step out of range, or not of this method.
@@ -246,9 +277,6 @@ def _adaptive(method: Method, accuracy: float | None, step: float | None) -> Met
             "accuracy",
             wanted,
             f"{method.tightest:g} to {method.loosest:g} m and rad with method {method.name!r}",
-            "Looser than 1e-5 its history fails across stick and slip: take extrapolated-euler."
-            if method.name == "ndf" and wanted > method.loosest
-            else "",
         )
     return MethodSettings(method, float(wanted), 0.0)
 

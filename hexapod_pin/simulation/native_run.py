@@ -75,6 +75,11 @@ MOST_ROUNDING = 0.25
 """And of sampling intervals at most, however late it is."""
 
 
+MOST_FREE_TURN, MOST_RESTARTS = 1.0, 40
+"""How far the robot may turn while no foot touches [rad], and how often a run may begin a new
+history within 0.05 s [-], where its error is carried along: of walks these are 0 and up to 20."""
+
+
 class NativeRun:
     """A run: a native rollout and the data for its trace."""
 
@@ -145,6 +150,8 @@ class NativeRun:
             evaluations=settings.evaluations,
             smallest_step=settings.limits.smallest_step,
             wall_time=settings.limits.wall_time,
+            estimates=self.carries_error,
+            end=start.time + settings.duration if settings.duration else math.inf,
         )  # fmt: skip
         if self.omitted:
             tables = [TABLES.get(array, (array,)) for array in self.omitted]
@@ -171,6 +178,27 @@ class NativeRun:
     def time(self) -> float:
         """Simulated time reached [s]."""
         return float(self.rollout.time)
+
+    @property
+    def carries_error(self) -> bool:
+        """Whether the run carries its own error along."""
+        chosen = self.settings.method_settings
+        return self.settings.estimate and chosen.carries_error and chosen.refinement is not None
+
+    @property
+    def follows_error(self) -> bool:
+        """Whether the error that the run has carried along so far is to be trusted.
+
+        Not where a joint has been at its limits, the robot has turned in the air, or touch-downs,
+        slips and switches follow each other so fast that some may be missed: the run does not
+        follow what these do to an error.
+        """
+        if not self.carries_error:
+            return False
+        limits, _, stops = self.rollout.drive_counters()
+        counters = self.rollout.counters()
+        followed = counters["free_turn"] <= MOST_FREE_TURN and counters["burst"] <= MOST_RESTARTS
+        return followed and not any(limits) and not any(stops)
 
     def advance(self, progress: Callable[[float], None] | None = None) -> None:
         """Run to the end in chunks, between which Ctrl-C and a progress bar are served.
@@ -272,6 +300,16 @@ class NativeRun:
         if "foot_force" not in self.omitted:
             found["foot_force"] = record["foot_force"].reshape(-1, feet, 3)
         return found
+
+    def carried_error(self) -> dict[str, Array]:
+        """Return the error that the run has carried along so far, as arrays of an estimate."""
+        place, turn, joint, torque, force = self.rollout.record()["error"].T
+        found = {"place": place, "turn": turn, "joint": joint}
+        if "torque" not in self.omitted:
+            found["torque"] = torque
+        if "foot_force" not in self.omitted:
+            found["foot_force"] = force
+        return {name: np.maximum.accumulate(error) for name, error in found.items()}
 
     def summary(
         self,

@@ -218,9 +218,9 @@ class RunSettings:
         duration: float,
         method: str | None,
         accuracy: float | None,
+        torque_accuracy: float | str | None,
         step: float | None,
         sample: float | None,
-        torque_accuracy: float | str | None = None,
         estimate: bool = True,
         limits: WorkLimits | None = None,
     ) -> RunSettings:

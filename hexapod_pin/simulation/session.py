@@ -102,7 +102,7 @@ class Session:
             StateError: `initial` does not fit the robot.
         """
         chosen = limits or chosen_limits(None, allow).model_copy(update={"evaluations": math.inf})
-        settings = RunSettings.of(0.0, method, accuracy, step, sample, limits=chosen)
+        settings = RunSettings.of(0.0, method, accuracy, None, step, sample, limits=chosen)
         groups = recorded_groups(record)
         check_work(settings, scene, groups)
         begin_of(initial, settings)

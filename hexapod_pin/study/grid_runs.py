@@ -73,7 +73,7 @@ def grid_results(
     for place in sorted(chosen):
         case = cases[place]
         if isinstance(case, Case) and case.accuracy is not None:
-            tighter[place] = replace(case, accuracy=TIGHTER * case.accuracy)
+            tighter[place] = replace(case, accuracy=TIGHTER * _resolved(case))
     again = _rows(run, tighter, measures, (end, 1.0))
     pairs = [(place, found[place], numbers) for place, numbers in again.items()]
     return found, None if run.interrupted else _check(pairs, tighter)
@@ -151,3 +151,8 @@ def check_counts(cycles: int, check: int) -> None:
     for name, value, least in (("cycles", cycles, 1), ("check", check, 0)):
         if isinstance(value, bool) or not isinstance(value, int) or value < least:
             raise ParameterError(name, value, f"a whole number of at least {least}")
+
+
+def _resolved(case: Case) -> float:
+    """Return the accuracy of a case, or the loosest that makes a difference to it [m and rad]."""
+    return case.settings.method_settings.resolved_accuracy

@@ -189,7 +189,7 @@ def _finer(case: Case) -> Variant:
         finer = replace(case, method=choice.method.name, step=step, sample=sample)
         text = f"step {choice.step / FINER:g} instead of {choice.step:g} s"
         return Recomputation(ACCURACY, title, text, RUN), finer
-    tight = choice.accuracy / FINER
+    tight = choice.resolved_accuracy / FINER
     method = choice.method
     if tight < method.tightest:
         method = METHODS[TIGHT_METHOD]

@@ -270,7 +270,7 @@ def row_of(
 
 LEVELS = (1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 DEFAULT = "extrapolated-euler"
-"""The method that `simulate` takes where none is named."""
+"""The method that `simulate` takes where none is named and set-points jump, as in the walk here."""
 
 Measure = Literal["error", "trunk"]
 

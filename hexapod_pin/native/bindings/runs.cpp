@@ -79,16 +79,18 @@ std::unique_ptr<Rollout> start(const PlantSettings& s, const std::vector<double>
                                const std::vector<std::pair<Vec3, double>>& trunk,
                                const Vec3& window, const VectorXd& torque_limit,
                                const KnotRows& acceleration, const std::vector<std::string>& omitted,
-                               double refinement, double evaluations, double smallest_step, double wall_time) {
+                               double refinement, double evaluations, double smallest_step, double wall_time,
+                               bool estimates, double end) {
   check_start(s, from);
   const auto columns = Eigen::Index(s.dynamics.tree().nv - 6);
   if (position.cols() != columns) throw std::invalid_argument("one set-point per joint needed");
   for (const VectorXd* limit : {&rate_limit, &torque_limit})
     if (limit->size() != 0 && limit->size() != columns)
       throw std::invalid_argument("one limit per joint needed");
-  RunSetup setup{s, make_reference(time, position, rate, kind, acceleration), from, step, stride, sample,
-                 {tolerance, refinement, sample}, record, rate_limit, {window[0], window[1], window[2]}, torque_limit, {}, omitted,
+  RunSetup setup{s, make_reference(time, position, rate, kind, acceleration), from, step, stride, sample, end,
+                 {tolerance, refinement, sample}, record, estimates, rate_limit, {window[0], window[1], window[2]}, torque_limit, {}, omitted,
                  {evaluations, smallest_step, wall_time}};
+  if (estimates && method != "ndf") throw std::invalid_argument("only ndf carries its error along");
   for (const auto& [offset, radius] : trunk) setup.trunk.push_back({offset, radius});
   return start_run(method, setup);
 }
@@ -317,6 +319,11 @@ void bind_runs(nb::module_& m) {
            "Where points of the trunk have touched the ground: time [s], point, place [m].")
       .def("summary", [](Rollout& run) { return summary_data(run.summary()); },
            nb::sig("def summary(self) -> dict[str, typing.Any]"), "As `RunSummary.data`, so far.")
+      .def("half_summaries", [](Rollout& run) {
+        return std::make_pair(summary_data(run.displaced_summary()), summary_data(run.other_summary()));
+      }, nb::sig("def half_summaries(self) -> tuple[dict[str, typing.Any], dict[str, typing.Any]]"),
+           "The same of half of the states, displaced by the error that the run has carried along, and of "
+           "the other half, as they are.")
       .def("counters", &Rollout::counters)
       .def("drive_counters", [](const Rollout& rollout) {
         const DriveCounters& c = rollout.drive_counters();
@@ -332,7 +339,8 @@ void bind_runs(nb::module_& m) {
         "torque_limit"_a = VectorXd(), "acceleration"_a = RowMatrix(),
         "omitted"_a = std::vector<std::string>(), "refinement"_a = 1.0,
         "evaluations"_a = std::numeric_limits<double>::infinity(), "smallest_step"_a = 0.0,
-        "wall_time"_a = std::numeric_limits<double>::infinity());
+        "wall_time"_a = std::numeric_limits<double>::infinity(), "estimates"_a = false,
+        "end"_a = std::numeric_limits<double>::infinity());
   m.def("set_points_at", &set_points_at, "time"_a, "position"_a, "rate"_a, "kind"_a, "acceleration"_a,
         "at"_a, "Angles, rates and accelerations of set-points at one time, (3, joints).");
   bind_several(m);

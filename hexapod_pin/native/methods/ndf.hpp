@@ -5,12 +5,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <limits>
 #include <map>
 #include <string>
 #include <vector>
 
 #include "methods/backward_differences.hpp"
+#include "methods/carried_error.hpp"
 #include "methods/error_control.hpp"
 #include "methods/chart_flow.hpp"
 #include "methods/drive_events.hpp"
@@ -27,11 +29,12 @@ class NdfDriver {
  public:
   NdfDriver(PlantT& plant, Reference& reference, const Resolution& resolution,
             const std::vector<double>& /*memory*/, StepObserver& observer)
-      : flow_(plant, reference), observer_(observer), 
+      : flow_(plant, reference), observer_(observer),
         tolerance_(scene_share(plant, reference) * kToleranceShare * resolution.tolerance),
         norm_{tolerance_, kLeastVelocityWeight, resolution.refinement * plant.law.friction.steepness()},
         newton_(flow_, norm_), drives_(flow_, norm_),
-        touch_(plant.feet.size(), kTouchTolerances * tolerance_, plant.law.normal.needs_touch_speed()) {}
+        touch_(plant.feet.size(), kTouchTolerances * tolerance_, plant.law.normal.needs_touch_speed()),
+        carried_(flow_) {}
 
   // From t to `stop`, in steps that may end beyond it but not beyond `horizon`, the set-points' next
   // jump. The plant is evaluated at (t, q, v) before and at `stop` after. False: no step of a
@@ -60,7 +63,8 @@ class NdfDriver {
   std::vector<double> memory() const { return {}; }  // a run that goes on starts anew, at order 1
 
   std::map<std::string, double> counters() const {
-    return {{"steps", double(steps_)},
+    std::map<std::string, double> all{
+            {"steps", double(steps_)},
             {"rejected", double(rejected_)},
             {"newton_failures", double(failed_)},
             {"newton_iterations", double(newton_.iterations())},
@@ -71,6 +75,11 @@ class NdfDriver {
             {"order_mean", steps_ > 0 ? double(orders_) / double(steps_) : 0.0},
             {"error_most", error_most_},
             {"error_sum", error_sum_}};
+    if (observer_.looks_at_error()) {
+      all["free_turn"] = free_turn_;
+      all["burst"] = double(burst_);
+    }
+    return all;
   }
 
  private:
@@ -87,6 +96,7 @@ class NdfDriver {
   static constexpr double kLeastStep = 1e-14;      // s, and of the time
   static constexpr double kJumpStep = 1e-13;       // s, and of the time; across the jump of a damper's force at
                                                    // touch-down no step is accurate, and so short a one will do
+  static constexpr double kBurstTime = 0.05;       // s, in which restarts are counted
   static constexpr double kMaxTurn = 0.5;          // rad, of the chart
   static constexpr double kMaxGrowth = 10.0;       // of the step size
   static constexpr double kLimitGrowth = 1.2;      // of the step limit, per step after a failure
@@ -109,6 +119,7 @@ class NdfDriver {
     if (!history_.empty()) {
       y_ = history_.last();
       book_works(ledger);
+      if (observer_.looks_at_error()) carried_.move_chart(flow_, y_);
       flow_.state(time_, y_, q_, v_);
       flow_.plant.stop_turned_back(v_);
       flow_.begin(q_, v_, y_);
@@ -127,6 +138,9 @@ class NdfDriver {
     equal_steps_ = 0;
     restart_needed_ = false;
     ++restarts_;
+    recent_restarts_.push_back(time_);
+    while (time_ - recent_restarts_.front() > kBurstTime) recent_restarts_.pop_front();
+    burst_ = std::max(burst_, recent_restarts_.size());
   }
 
   // Accepts one step; false if none can be found.
@@ -192,8 +206,10 @@ class NdfDriver {
                          flow_.xi(newton_.correction()).cwiseAbs().maxCoeff();
     error_most_ = std::max(error_most_, local);
     error_sum_ += local;
+    if (observer_.looks_at_error()) carry_error(t);
     history_.accept(newton_.correction());
-    goes_on_ = observer_.accepted(t, flow_.position(), flow_.velocity());
+    flow_.state(t, y_, q_, v_);
+    goes_on_ = observer_.accepted(t, q_, v_);
     touch_.begin(flow_.plant);
     drives_.count(flow_.plant, h_);
     drives_.move_on();
@@ -205,6 +221,22 @@ class NdfDriver {
     memories_updated_ = false;
     restart_needed_ = located || last || drives_.changed() || flow_.xi(y_).template segment<3>(3).norm() > kMaxTurn;
     if (!restart_needed_ && equal_steps_ > history_.order()) choose_order_and_step(size);
+  }
+
+  // Carries the error over the step that ends at t in y_, and shows where it leads.
+  void carry_error(double t) {
+    const PlantT& plant = flow_.plant;
+    const auto touches = [](const auto& foot) { return foot.active; };
+    if (std::none_of(plant.feet.begin(), plant.feet.end(), touches))
+      free_turn_ += h_ * flow_.velocity().template segment<3>(3).norm();
+    local_ = BackwardDifferences::error_constant(history_.order()) * newton_.correction();
+    carried_.add(flow_, y_, local_, h_);
+    if (!observer_.looks_at_step(t)) return;
+    carried_.displace(y_, displaced_);
+    flow_.save_evaluation();
+    flow_.evaluate(t, displaced_);
+    observer_.displaced_step(t, flow_.position(), flow_.velocity());
+    flow_.restore_evaluation(t, y_);
   }
 
   // By the errors of this order and its neighbours, as in SciPy's BDF.
@@ -255,6 +287,12 @@ class NdfDriver {
     } else {
       y_ = history_.last();
     }
+    if (observer_.looks_at_error()) {
+      carried_.displace(y_, displaced_);
+      if (observer_.looks_at_forces()) flow_.evaluate(stop, displaced_);
+      flow_.state(stop, displaced_, q_, v_);
+      observer_.displaced_sample(stop, q_, v_);
+    }
     flow_.evaluate(stop, y_);
     q = flow_.position();
     v = flow_.velocity();
@@ -274,7 +312,9 @@ class NdfDriver {
   Newton newton_;
   DriveEvents<PlantT> drives_;
   TouchDownLocator touch_;
+  CarriedError<PlantT> carried_;
   BackwardDifferences history_;
+  VectorXd local_, displaced_;
   VectorXd y_, middle_, rate_, booked_works_, q_, v_;
   double time_ = 0.0, h_ = 0.0, step_limit_ = 0.0, reached_ = 0.0;  // s
   double strictness_ = 1.0;  // -, of orders 1 and 2
@@ -283,6 +323,9 @@ class NdfDriver {
   bool interpolated_ = false;  // the plant is evaluated at a sample, its last step's end is saved
   long steps_ = 0, rejected_ = 0, failed_ = 0, events_ = 0, restarts_ = 0, orders_ = 0;
   double error_most_ = 0.0, error_sum_ = 0.0;  // m and rad
+  std::deque<double> recent_restarts_;  // s
+  std::size_t burst_ = 0;               // most restarts in kBurstTime
+  double free_turn_ = 0.0;                     // turned while no foot touches, rad
 };
 
 }  // namespace hexapod

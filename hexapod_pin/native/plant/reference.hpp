@@ -106,12 +106,14 @@ class Reference {
     if (kind_ == Interpolation::held) row_ = row_at(t);
   }
 
-  // The first knot after t at which the set-points or their rates jump, or the accelerations of a
-  // prescribed motion; no step may cross it.
+  // The first knot after t at which the set-points or their rates jump, the last one of a motion included, or
+  // the accelerations of a prescribed motion; no step may cross it.
   double next_jump(double t) const {
     if (smooth()) {
       const auto next = std::upper_bound(kinks_.begin(), kinks_.end(), rounded_up(t));
-      return next == kinks_.end() ? std::numeric_limits<double>::infinity() : *next;
+      const double end = time_.back(), never = std::numeric_limits<double>::infinity();
+      const bool stops = end > rounded_up(t) && rate_.row(rate_.rows() - 1).any();
+      return std::min(next == kinks_.end() ? never : *next, stops ? end : never);
     }
     const std::size_t row = row_at(t);
     return row + 1 < time_.size() ? time_[row + 1] : std::numeric_limits<double>::infinity();

@@ -14,15 +14,16 @@ class AdaptiveRollout final : public SampledRollout<PlantT> {
  public:
   AdaptiveRollout(PlantT plant, const RunSetup& setup)
       : Base(std::move(plant), setup, true),  // touch-downs are found before they happen
-        driver_(plant_, reference_, setup.resolution, setup.start.controller, *this) {
+        end_(setup.end), driver_(plant_, reference_, setup.resolution, setup.start.controller, *this) {
     evaluate();
     this->record_start(setup.start);
   }
 
-  // Steps may pass over samples, and over the last of these too: no command follows.
+  // Steps may pass over samples, and over the last of these too, but not over the run's end: no command
+  // follows.
   bool advance(long samples) override {
     const double end = double(sample_index_ + samples) * interval_;
-    return run_to(end, std::numeric_limits<double>::infinity());
+    return run_to(end, std::max(end, end_));
   }
 
   bool advance_to(double until) override { return run_to(until, until); }
@@ -73,6 +74,7 @@ class AdaptiveRollout final : public SampledRollout<PlantT> {
     plant_.update_memories();
   }
 
+  double end_;  // of the run, s
   Driver driver_;
 };
 

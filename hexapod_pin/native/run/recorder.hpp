@@ -11,19 +11,23 @@
 
 namespace hexapod {
 
+// Errors of a sample: of the trunk's place [m] and attitude [rad], the largest of a joint angle [rad], of a
+// joint's torque [N m] and of a foot's force [N].
+using SampleError = Eigen::Matrix<double, 5, 1>;
+
 class Recorder {
  public:
-  // `omitted`: names of tables that are not kept.
+  // `omitted`: names of tables that are not kept; `estimates`: whether errors are.
   template <class PlantT>
-  Recorder(const PlantT& plant, const std::vector<std::string>& omitted)
-      : tables_(kept(layout(plant.tree, plant.mounts.size()), omitted)) {}
+  Recorder(const PlantT& plant, const std::vector<std::string>& omitted, bool estimates)
+      : tables_(kept(layout(plant.tree, plant.mounts.size(), estimates), omitted)) {}
 
   SampleTables& tables() { return tables_; }
 
   template <class PlantT>
   void sample(const PlantT& plant, double t, const VectorXd& q, const VectorXd& v,
               const VectorXd& torque, const VectorXd& q_ref, const VectorXd& v_ref,
-              const EnergyLedger& ledger, double interval) {
+              const EnergyLedger& ledger, double interval, const SampleError& error) {
     tables_.begin_row();
     tables_[kTime].append(t);
     tables_[kQ].append(q);
@@ -50,23 +54,25 @@ class Recorder {
     tables_[kNormalLoss].append(ledger.normal - (normal - first_normal_));
     tables_[kFrictionLoss].append(ledger.friction - (bristle - first_bristle_));
     tables_[kPushWork].append(ledger.push);
+    tables_[kError].append(error);
   }
 
  private:
   enum Quantity {
     kTime, kQ, kV, kTorque, kQRef, kVRef, kFootPosition, kFootForce, kFootImpulse, kFootNormal, kFootGap,
     kCom, kKinetic, kPotential, kElastic, kServoWork, kJointDampingLoss, kNormalLoss, kFrictionLoss,
-    kPushWork
+    kPushWork, kError
   };
 
   // in the order of Quantity
-  static std::vector<SampleTable> layout(const Tree& tree, std::size_t feet) {
+  static std::vector<SampleTable> layout(const Tree& tree, std::size_t feet, bool estimates) {
     const std::size_t nq = tree.nq, nv = tree.nv, n = nv - 6;
     return {{"time", 1}, {"q", nq}, {"v", nv}, {"torque", n}, {"q_ref", n}, {"v_ref", n},
             {"foot_position", 3 * feet}, {"foot_force", 3 * feet}, {"foot_impulse", 3 * feet}, {"foot_normal", 3 * feet},
             {"foot_gap", feet}, {"com", 3}, {"kinetic", 1}, {"potential", 1}, {"elastic", 1},
             {"servo_work", 1}, {"joint_damping_loss", 1}, {"normal_loss", 1},
-            {"friction_loss", 1}, {"push_work", 1}};
+            {"friction_loss", 1}, {"push_work", 1},
+            {"error", estimates ? std::size_t(SampleError::SizeAtCompileTime) : 0}};
   }
 
   static std::vector<SampleTable> kept(std::vector<SampleTable> tables,

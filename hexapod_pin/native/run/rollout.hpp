@@ -48,8 +48,10 @@ struct RunSetup {
   double step = 0.0;      // of a fixed-step method, s
   long stride = 1;        // steps between samples
   double sample = 0.0;    // time between samples, s
+  double end = std::numeric_limits<double>::infinity();  // of the run, where it is known, s: no step goes beyond
   Resolution resolution;  // of an adaptive method
   bool record = true;     // whether samples are kept
+  bool estimates = false;  // whether a method that can carries its error along, and it is kept
   VectorXd rate_limit;    // of the set-points that commands move, rad/s; none: no limit
   SummaryWindow window;
   VectorXd torque_limit;          // N m, from which a summary counts a joint at its limit; none: never
@@ -97,6 +99,9 @@ class alignas(64) Rollout {
   virtual SampleTables& samples() = 0;
   virtual const TrunkWatch& trunk() const = 0;
   virtual RunSummary& summary() = 0;
+  // Of half of the states, displaced by the run's error; of the other half, as they are.
+  virtual RunSummary& displaced_summary() = 0;
+  virtual RunSummary& other_summary() = 0;
   virtual std::map<std::string, double> counters() const = 0;
   virtual Checkpoint checkpoint() const = 0;
   virtual const DriveCounters& drive_counters() const = 0;

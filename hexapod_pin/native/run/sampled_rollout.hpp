@@ -26,6 +26,8 @@ class SampledRollout : public Rollout, protected StepObserver {
   const DriveCounters& drive_counters() const override { return plant_.drive_counters; }
   const TrunkWatch& trunk() const override { return trunk_; }
   RunSummary& summary() override { return summary_; }
+  RunSummary& displaced_summary() override { return displaced_summary_; }
+  RunSummary& other_summary() override { return other_summary_; }
   double time() const override { return time_; }
   Reference& reference() override { return reference_; }
   WorkMonitor& monitor() override { return monitor_; }
@@ -79,9 +81,11 @@ class SampledRollout : public Rollout, protected StepObserver {
   SampledRollout(PlantT plant, const RunSetup& setup, bool differentiates_separated)
       : plant_(std::move(plant)), reference_(setup.reference), q_(setup.start.q),
         v_(setup.start.v), ledger_(plant_.feet.size()), time_(setup.start.time),
-        interval_(setup.sample), sample_index_(setup.start.first), recorder_(plant_, setup.omitted),
+        start_(setup.start.time), interval_(setup.sample), sample_index_(setup.start.first), recorder_(plant_, setup.omitted, setup.estimates),
         trunk_(setup.trunk), summary_(plant_.joints(), plant_.mounts.size()),
-        foot_loads_(plant_.mounts.size()), record_(setup.record), rate_limit_(setup.rate_limit),
+        displaced_summary_(summary_), other_summary_(summary_), foot_loads_(plant_.mounts.size()),
+        record_(setup.record), estimates_(setup.estimates), keeps_forces_(record_ && keeps_forces(setup)),
+        rate_limit_(setup.rate_limit),
         torque_limit_(setup.torque_limit), limit_now_(setup.torque_limit),
         has_lines_(torque_limit_.size() > 0 && plant_.drive.has_lines()),
         set_points_(plant_.joints()), torque_(plant_.joints()) {
@@ -91,13 +95,19 @@ class SampledRollout : public Rollout, protected StepObserver {
     begin_loads();
     reference_.begin_step(time_);
     reference_.restore(setup.start.command, time_);
-    summary_.set_window(setup.window.begin, setup.window.end, setup.window.cycle);
-    if (torque_limit_.size() > 0) summary_.set_limit(torque_limit_);
+    for (RunSummary* summary : {&summary_, &displaced_summary_, &other_summary_}) {
+      summary->set_window(setup.window.begin, setup.window.end, setup.window.cycle);
+      if (torque_limit_.size() > 0) summary->set_limit(torque_limit_);
+    }
     monitor_.start(setup.limits, time_);
   }
 
   // After the first evaluation: the sample of the start.
   void record_start(const Checkpoint& start) {
+    if (estimates_) {
+      displaced_step(time_, q_, v_);
+      displaced_sample(time_, q_, v_);
+    }
     see(time_, q_, v_);
     record(0.0);
     for (Eigen::Index i = 0; i < start.impulse.rows(); ++i)
@@ -113,9 +123,12 @@ class SampledRollout : public Rollout, protected StepObserver {
     return jump > sample || same_time(jump, sample) ? sample : jump;
   }
 
-  // The same without the samples.
+  // The same without the samples; what is the same instant as a sample is at its time.
   double horizon(double until) const {
-    return std::min({until, reference_.next_jump(time_), plant_.loads.next_change(time_)});
+    const double jump =
+        std::min({until, reference_.next_jump(time_), plant_.loads.next_change(time_)});
+    const double sample = std::round(jump / interval_) * interval_;
+    return same_time(jump, sample) ? sample : jump;
   }
 
   // At a sample, where the plant is evaluated.
@@ -138,6 +151,30 @@ class SampledRollout : public Rollout, protected StepObserver {
   bool accepted(double t, const VectorXd& q, const VectorXd& v) override {
     see(t, q, v);
     return monitor_.goes_on(t, plant_.evaluations);
+  }
+
+  bool looks_at_error() const override { return estimates_; }
+  bool looks_at_forces() const override { return keeps_forces_; }
+
+  // Every second state, and where a cycle ends; the others are summarised as they are: so the summaries
+  // differ by what lies between states, too.
+  bool looks_at_step(double t) override {
+    skipped_ = !skipped_ && !displaced_summary_.ends_at(t);
+    return !skipped_;
+  }
+
+  void displaced_step(double t, const VectorXd& q, const VectorXd& v) override {
+    summarise(displaced_summary_, t, q, v);
+  }
+
+  void displaced_sample(double t, const VectorXd& q, const VectorXd& v) override {
+    if (!record_) return;
+    torque_time_ = kNever;
+    find_torque(t, q, v);
+    displaced_q_ = q;
+    displaced_torque_ = torque_;
+    torque_time_ = kNever;
+    if (keeps_forces_) find_forces(displaced_force_);
   }
 
   Checkpoint checkpoint_now(std::vector<double> controller) const {
@@ -169,10 +206,14 @@ class SampledRollout : public Rollout, protected StepObserver {
   Reference reference_;
   VectorXd q_, v_;
   EnergyLedger ledger_;
-  double time_, interval_;
+  double time_, start_, interval_;
   long sample_index_;
 
  private:
+  static bool keeps_forces(const RunSetup& setup) {
+    return std::find(setup.omitted.begin(), setup.omitted.end(), "foot_force") == setup.omitted.end();
+  }
+
   // Motor torques at t in (q, v); not again where the run's own state has not changed.
   void find_torque(double t, const VectorXd& q, const VectorXd& v) {
     const bool own = &q == &q_;
@@ -190,23 +231,58 @@ class SampledRollout : public Rollout, protected StepObserver {
   }
 
   // Of motors whose torque falls with speed: the line at this speed where it is below the limit given.
-  void find_limits(const VectorXd& v) {
+  void find_limits(RunSummary& summary, const VectorXd& v) {
     const DriveLaw& drive = plant_.drive;
     for (int j = 0; j < plant_.joints(); ++j) {
       const double rate = v[6 + j];
       const double line = torque_[j] < 0.0 ? -drive.lower_line(j, rate) : drive.upper_line(j, rate);
       limit_now_[j] = std::min(torque_limit_[j], kLimitShare * line);
     }
-    summary_.set_limit(limit_now_);
+    summary.set_limit(limit_now_);
   }
 
   // A state that the method has accepted, the plant evaluated there.
   void see(double t, const VectorXd& q, const VectorXd& v) {
     trunk_.look(plant_.terrain, plant_.dynamics.base_rotation(), q.template head<3>(), v, t);
+    summarise(summary_, t, q, v);
+    if (estimates_ && (skipped_ || other_summary_.ends_at(t) || t == start_))
+      repeat(other_summary_, t, q, v);
+  }
+
+  // What `summarise` has found goes into another summary.
+  void repeat(RunSummary& summary, double t, const VectorXd& q, const VectorXd& v) {
+    if (has_lines_) summary.set_limit(limit_now_);
+    summary.record(t, q, v, torque_, foot_loads_, q.template head<3>() + plant_.center_of_mass());
+  }
+
+  void summarise(RunSummary& summary, double t, const VectorXd& q, const VectorXd& v) {
     find_torque(t, q, v);
-    if (has_lines_) find_limits(v);
+    if (has_lines_) find_limits(summary, v);
     read_feet(plant_, foot_loads_);
-    summary_.record(t, q, v, torque_, foot_loads_, q.template head<3>() + plant_.center_of_mass());
+    summary.record(t, q, v, torque_, foot_loads_, q.template head<3>() + plant_.center_of_mass());
+  }
+
+  // Forces on the mounts by the laws at the state evaluated, N.
+  void find_forces(RowMatrix& out) const {
+    out.setZero(Eigen::Index(plant_.mounts.size()), 3);
+    for (std::size_t i = 0; i < plant_.feet.size(); ++i)
+      out.row(Eigen::Index(plant_.foot_of(i))) += plant_.law_force(plant_.feet[i]).transpose();
+  }
+
+  // What the displaced sample differs by from the state evaluated and its torques.
+  SampleError sample_error() {
+    using Attitude = Eigen::Map<const Eigen::Quaterniond>;
+    const auto largest = [](const VectorXd& x) { return x.size() > 0 ? x.cwiseAbs().maxCoeff() : 0.0; };
+    const Vec3 turn = (Attitude(q_.data() + 3).conjugate() * Attitude(displaced_q_.data() + 3)).vec();
+    double force = 0.0;
+    if (keeps_forces_ && displaced_force_.rows() > 0) {
+      find_forces(force_);
+      force = (force_ - displaced_force_).rowwise().norm().maxCoeff();
+    }
+    SampleError error;
+    error << (q_ - displaced_q_).template head<3>().norm(), 2.0 * turn.norm(),
+        largest((q_ - displaced_q_).tail(plant_.joints())), largest(torque_ - displaced_torque_), force;
+    return error;
   }
 
   // Records the state, the plant evaluated there, at the end of a sampling interval [s].
@@ -214,7 +290,7 @@ class SampledRollout : public Rollout, protected StepObserver {
     find_torque(time_, q_, v_);
     if (record_)
       recorder_.sample(plant_, time_, q_, v_, torque_, set_points_.q, set_points_.v, ledger_,
-                       interval);
+                       interval, estimates_ ? sample_error() : SampleError::Zero().eval());
     for (Vec3& impulse : ledger_.impulse) impulse.setZero();
   }
 
@@ -241,15 +317,17 @@ class SampledRollout : public Rollout, protected StepObserver {
   WorkMonitor monitor_;
   Recorder recorder_;
   TrunkWatch trunk_;
-  RunSummary summary_;
+  RunSummary summary_, displaced_summary_, other_summary_;
   std::vector<FootLoad> foot_loads_;
-  bool record_;
+  bool record_, estimates_, keeps_forces_, skipped_ = false;
   VectorXd rate_limit_, torque_limit_, limit_now_;
   bool has_lines_;
   SetPoints set_points_;
   static constexpr double kNever = -1.0;  // s
   double torque_time_ = kNever;           // of torque_, in the run's own state, s
   VectorXd torque_, acceleration_;
+  VectorXd displaced_q_, displaced_torque_;  // of the sample that is recorded next
+  RowMatrix displaced_force_, force_;        // N, a row per mount
 };
 
 }  // namespace hexapod

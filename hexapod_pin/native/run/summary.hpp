@@ -81,6 +81,8 @@ class RunSummary {
   long cycles() const { return cycles_; }  // whole ones; 0 where nothing repeats
   long states() const { return states_; }
   double period() const { return period_; }
+  // Whether a state at t would end a half cycle or the window.
+  bool ends_at(double t) const { return next_edge_ <= t + rounding(t); }
   double first_yaw() const { return first_yaw_; }
   std::vector<PathPoint> path() const {  // at the edges of the half cycles, or at both ends
     std::vector<PathPoint> points = path_;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "laws/terrain.hpp"
@@ -26,12 +27,13 @@ class TrunkWatch {
  public:
   TrunkWatch() = default;
   explicit TrunkWatch(std::vector<TrunkPoint> points)
-      : points_(std::move(points)), below_(points_.size(), false) {
+      : points_(std::move(points)), before_(points_.size(), {kFarAway, Vec3::Zero()}) {
     for (const TrunkPoint& p : points_) reach_ = std::max(reach_, p.offset.norm() + p.radius);
   }
 
   // At an accepted state, `origin` that of the base. A trunk that cannot have reached the ground since
-  // it was last looked at is not looked at.
+  // it was last looked at is not looked at; one that has reached it did so between the two looks, where a
+  // linear motion would.
   void look(const Terrain& terrain, const Mat3& rotation, const Vec3& origin, const VectorXd& v,
             double t) {
     if (points_.empty()) return;
@@ -45,10 +47,14 @@ class TrunkWatch {
       terrain.find_contacts(place, points_[i].radius, t, ground);
       const double gap = std::min(ground[0].gap, ground[1].gap);
       nearest = std::min(nearest, gap);
-      if (gap < 0.0 && !below_[i] && touches_.size() < kMostTouches)
-        touches_.push_back({t, i, place});
-      below_[i] = gap < 0.0;
+      const auto& [gap_before, place_before] = before_[i];
+      if (gap < 0.0 && gap_before >= 0.0 && touches_.size() < kMostTouches) {
+        const double part = gap_before < kFarAway ? gap_before / (gap_before - gap) : 1.0;
+        touches_.push_back({last_look_ + part * (t - last_look_), i, place_before + part * (place - place_before)});
+      }
+      before_[i] = {gap, place};
     }
+    last_look_ = t;
     bound_ = kSpeedMargin * speed + kLeastSpeed;
     fastest_ = speed;
     next_look_ = nearest > 0.0 ? t + nearest / bound_ : t;
@@ -62,10 +68,10 @@ class TrunkWatch {
   static constexpr double kLeastSpeed = 0.5;   // m/s; covers shaking ground too
 
   std::vector<TrunkPoint> points_;
-  std::vector<char> below_;
+  std::vector<std::pair<double, Vec3>> before_;  // gap [m] and place of each when last looked at
   std::vector<TrunkTouch> touches_;
   double reach_ = 0.0, fastest_ = 0.0, bound_ = 0.0;
-  double next_look_ = -std::numeric_limits<double>::infinity();
+  double next_look_ = -std::numeric_limits<double>::infinity(), last_look_ = 0.0;  // s
 };
 
 }  // namespace hexapod

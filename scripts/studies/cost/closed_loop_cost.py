@@ -100,7 +100,7 @@ def closed_loop_cost(
     """Times real time of one run and of 64 in lock-step, beside the open-loop walk; errors too."""
     rows, met = [], True
     methods: dict[str, dict[str, Any]] = {
-        f"extrapolated-euler {accuracy:g}": {"accuracy": accuracy},
+        f"extrapolated-euler {accuracy:g}": {"accuracy": accuracy, "method": "extrapolated-euler"},
         **{
             f"robust {1e3 * float(step):g} ms": {"method": "robust", "step": float(step)}
             for step in steps.split(",")

@@ -35,7 +35,9 @@ def prescribed_cost(
     factors: str = "1,4,16,64,256",
 ) -> StudyReport:
     """Cost and torques of prescribed motion beside servos, with errors; stiffer servos too."""
-    ways: list[dict[str, Any]] = [{"accuracy": float(a)} for a in accuracies.split(",")]
+    ways: list[dict[str, Any]] = [
+        {"accuracy": float(a), "method": "extrapolated-euler"} for a in accuracies.split(",")
+    ]
     ways.append({"accuracy": 1e-6, "method": "ndf"})
     scenes = [
         (robot, contact, walk)
@@ -49,7 +51,15 @@ def prescribed_cost(
         print("...", *scene, file=sys.stderr, flush=True)
         wide += [measure(scene, how, WIDE, cycles, rounds) for how in ways]
         if scene[2] == scenes[0][2]:
-            narrow.append(measure(scene, {"accuracy": 1e-4}, DEFAULT, cycles, rounds))
+            narrow.append(
+                measure(
+                    scene,
+                    {"accuracy": 1e-4, "method": "extrapolated-euler"},
+                    DEFAULT,
+                    cycles,
+                    rounds,
+                )
+            )
     torques, torques_met = torque_table(scenes, cycles, [float(f) for f in factors.split(",")])
     return StudyReport(
         "What prescribed motion costs, and what servos come to",
