@@ -173,13 +173,13 @@ PLANTED = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize(("script", "told"), PLANTED.values(), ids=list(PLANTED))
-def test_a_planted_fault_is_found(script, told, tmp_path, monkeypatch):
+@pytest.mark.parametrize(("script", "reported"), PLANTED.values(), ids=list(PLANTED))
+def test_a_planted_fault_is_found(script, reported, tmp_path, monkeypatch):
     for name, value in (("PATIENCE", 0.3), ("LONGEST_WAIT", 1.5)):
         monkeypatch.setattr(command_run, name, value)
     monkeypatch.setattr(command_process, "PATIENCE", 0.3)
     plants: list[tuple[str, Callable[[Path], None]]] = [("", trap)]
-    assert told in judged(script, tmp_path, monkeypatch, plants=plants)
+    assert reported in judged(script, tmp_path, monkeypatch, plants=plants)
 
 
 @pytest.mark.slow

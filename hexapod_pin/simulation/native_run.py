@@ -189,16 +189,17 @@ class NativeRun:
     def follows_error(self) -> bool:
         """Whether the error that the run has carried along so far is to be trusted.
 
-        Not where a joint has been at its limits, the robot has turned in the air, or touch-downs,
-        slips and switches follow each other so fast that some may be missed: the run does not
-        follow what these do to an error.
+        Not where a joint has been at its limits, the robot has turned in the air, touch-downs,
+        slips and switches follow each other so fast that some may be missed, or the error has
+        grown too large for a linearised motion.
         """
         if not self.carries_error:
             return False
         limits, _, stops = self.rollout.drive_counters()
         counters = self.rollout.counters()
         followed = counters["free_turn"] <= MOST_FREE_TURN and counters["burst"] <= MOST_RESTARTS
-        return followed and not any(limits) and not any(stops)
+        lost = bool(counters["error_lost"])
+        return followed and not lost and not any(limits) and not any(stops)
 
     def advance(self, progress: Callable[[float], None] | None = None) -> None:
         """Run to the end in chunks, between which Ctrl-C and a progress bar are served.

@@ -31,6 +31,10 @@ class CarriedError {
     xi.template segment<3>(3) = (chart_.angular_inverse * xi.template segment<3>(3)).eval();
   }
 
+  // Whether it is a number that a linearised motion can follow: up to 1 m, rad, m/s and rad/s.
+  bool small() const { return error_.allFinite() && error_.cwiseAbs().maxCoeff() <= 1.0; }
+  void clear() { error_.setZero(); }
+
   // y with the error added
   void displace(const VectorXd& y, VectorXd& displaced) const { displaced = y + error_; }
 

@@ -78,6 +78,7 @@ class NdfDriver {
     if (observer_.looks_at_error()) {
       all["free_turn"] = free_turn_;
       all["burst"] = double(burst_);
+      all["error_lost"] = double(error_lost_);
     }
     return all;
   }
@@ -231,6 +232,10 @@ class NdfDriver {
       free_turn_ += h_ * flow_.velocity().template segment<3>(3).norm();
     local_ = BackwardDifferences::error_constant(history_.order()) * newton_.correction();
     carried_.add(flow_, y_, local_, h_);
+    if (!carried_.small()) {
+      carried_.clear();  // no state is to be evaluated so far away
+      error_lost_ = true;
+    }
     if (!observer_.looks_at_step(t)) return;
     carried_.displace(y_, displaced_);
     flow_.save_evaluation();
@@ -325,6 +330,7 @@ class NdfDriver {
   double error_most_ = 0.0, error_sum_ = 0.0;  // m and rad
   std::deque<double> recent_restarts_;  // s
   std::size_t burst_ = 0;               // most restarts in kBurstTime
+  bool error_lost_ = false;             // it has grown beyond what a linearised motion can follow
   double free_turn_ = 0.0;                     // turned while no foot touches, rad
 };
 
