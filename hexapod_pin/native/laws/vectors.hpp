@@ -12,6 +12,7 @@ using Vec6 = Eigen::Matrix<double, 6, 1>;
 using Mat2 = Eigen::Matrix2d;
 using Mat3 = Eigen::Matrix3d;
 using Mat6 = Eigen::Matrix<double, 6, 6>;
+using BaseJacobian = Eigen::Matrix<double, 3, 6>;  // of a point's velocity in the twist of the base
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 }  // namespace hexapod

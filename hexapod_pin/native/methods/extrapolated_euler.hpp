@@ -11,6 +11,7 @@
 #include "methods/error_control.hpp"
 #include "methods/chart_flow.hpp"
 #include "methods/linear_step.hpp"
+#include "plant/chart.hpp"
 
 namespace hexapod {
 

@@ -11,6 +11,9 @@
 
 namespace hexapod {
 
+// Solves m x = x in place by the same LU; the matrix is overwritten.
+void solve_dense(Eigen::MatrixXd& m, Eigen::VectorXd& x);
+
 class DenseSystem {
  public:
   static constexpr bool kPrescribed = false;
@@ -18,38 +21,19 @@ class DenseSystem {
   static constexpr int kMaxColumns = 16;
   using LegJacobian = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::ColMajor, 3, kMaxColumns>;
 
-  DenseSystem(const Tree& tree, const std::vector<FootMount>& feet)
-      : matrix_(tree.nv, tree.nv) {
-    for (const FootMount& foot : feet) {
-      std::vector<int> columns;
-      for (std::size_t j : tree.chain_to(foot.joint)) columns.push_back(int(Tree::column(j)));
-      if (columns.size() > kMaxColumns)
-        throw std::invalid_argument("a foot's chain has more than 16 joints");
-      columns_.push_back(columns);
-    }
-  }
+  DenseSystem(const Tree& tree, const std::vector<FootMount>& feet);
 
-  std::vector<std::size_t> columns(const Tree& tree, const FootMount& foot) const {
-    return tree.chain_to(foot.joint);
-  }
+  std::vector<std::size_t> columns(const Tree& tree, const FootMount& foot) const;
 
-  void load(const Eigen::MatrixXd& upper) { matrix_ = upper.selfadjointView<Eigen::Upper>(); }
+  void load(const Eigen::MatrixXd& upper);
 
   void add_diagonal(int joint, double value) { matrix_(6 + joint, 6 + joint) += value; }
 
-  template <class Jb, class Jl, class Xb, class Xl>
-  void add_foot(int foot, const Jb& jb, const Jl& jl, const Xb& xb, const Xl& xl) {
-    matrix_.topLeftCorner<6, 6>() += jb.transpose() * xb;
-    const std::vector<int>& c = columns_[foot];
-    for (std::size_t k = 0; k < c.size(); ++k) {
-      matrix_.block<6, 1>(0, c[k]) += jb.transpose() * xl.col(k);
-      matrix_.block<1, 6>(c[k], 0) += jl.col(k).transpose() * xb;
-      for (std::size_t m = 0; m < c.size(); ++m) matrix_(c[k], c[m]) += jl.col(k).dot(xl.col(m));
-    }
-  }
+  void add_foot(int foot, const BaseJacobian& jb, const LegJacobian& jl, const BaseJacobian& xb,
+                const LegJacobian& xl);
 
-  void factor() { lu_.compute(matrix_); }
-  void solve(Eigen::VectorXd& b) const { b = lu_.solve(b).eval(); }
+  void factor();
+  void solve(Eigen::VectorXd& b) const;
 
  private:
   Eigen::MatrixXd matrix_;

@@ -10,6 +10,7 @@
 #include <Eigen/LU>
 
 #include "plant/arrow.hpp"
+#include "plant/dense.hpp"
 #include "robust/foot_problem.hpp"
 
 namespace hexapod {
@@ -66,7 +67,7 @@ struct ImpulseProblem {
       factor6(m);
       solve6(m, x);
     } else {
-      x = Eigen::PartialPivLU<Eigen::Ref<Matrix>>(m).solve(x).eval();
+      solve_dense(m, x);
     }
   }
 

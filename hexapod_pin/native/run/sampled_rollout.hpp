@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "plant/reaction.hpp"
 #include "run/step_observer.hpp"
 #include "run/rollout.hpp"
 #include "run/summary.hpp"
@@ -22,6 +21,8 @@ inline bool same_time(double a, double b) {
 template <class PlantT>
 class SampledRollout : public Rollout, protected StepObserver {
  public:
+  ~SampledRollout() override;
+
   SampleTables& samples() override { return recorder_.tables(); }
   const DriveCounters& drive_counters() const override { return plant_.drive_counters; }
   const TrunkWatch& trunk() const override { return trunk_; }
@@ -32,175 +33,56 @@ class SampledRollout : public Rollout, protected StepObserver {
   Reference& reference() override { return reference_; }
   WorkMonitor& monitor() override { return monitor_; }
 
-  void command(const DriveCommand& c) override {
-    torque_time_ = kNever;
-    reference_.begin_step(time_);
-    set_points_.take(reference_, time_);
-    double arrival = std::max(c.arrival, time_);
-    for (Eigen::Index j = 0; j < rate_limit_.size(); ++j)
-      arrival = std::max(arrival, time_ + std::abs(c.position[j] - set_points_.q[j]) / rate_limit_[j]);
-    const VectorXd zero = VectorXd::Zero(set_points_.q.size());
-    VectorXd rate = c.rate.size() > 0 ? c.rate : zero;
-    const VectorXd after = rate;
-    const bool own_rate = c.rate.size() == 0 && std::isfinite(c.arrival) && arrival > time_;
-    if (own_rate) rate = (c.position - set_points_.q) / (arrival - time_);
-    reference_.command(time_, arrival, c.position, rate, after, c.torque.size() > 0 ? c.torque : zero);
-    reference_.begin_step(time_);
-  }
+  void command(const DriveCommand& c) override;
 
-  VectorXd set_points() override {
-    reference_.begin_step(time_);
-    set_points_.take(reference_, time_);
-    return set_points_.q;
-  }
+  VectorXd set_points() override;
 
-  void read(Reading& out) override {
-    find_torque(time_, q_, v_);
-    out.time = time_;
-    out.q = q_.tail(plant_.joints());
-    out.v = v_.tail(plant_.joints());
-    out.torque = torque_;
-    out.rotation = plant_.dynamics.base_rotation();
-    out.angular_velocity = v_.template segment<3>(3);
-    if constexpr (!PlantT::kPrescribed) plant_.acceleration(v_, torque_, acceleration_);
-    out.acceleration = acceleration_.template head<3>() +
-                       v_.template segment<3>(3).cross(v_.template head<3>()) -
-                       out.rotation.transpose() * plant_.dynamics.gravity();
-    const std::size_t mounts = plant_.mounts.size();
-    out.foot_force.setZero(Eigen::Index(mounts), 3);
-    out.loaded.assign(mounts, false);
-    for (std::size_t i = 0; i < plant_.feet.size(); ++i) {
-      if (!plant_.feet[i].active) continue;
-      const Vec3& force = plant_.feet[i].contact.force;
-      out.foot_force.row(Eigen::Index(plant_.foot_of(i))) += force.transpose();
-      out.loaded[plant_.foot_of(i)] |= plant_.feet[i].ground.normal.dot(force) > 0.0;
-    }
-  }
+  void read(Reading& out) override;
 
  protected:
-  SampledRollout(PlantT plant, const RunSetup& setup, bool differentiates_separated)
-      : plant_(std::move(plant)), reference_(setup.reference), q_(setup.start.q),
-        v_(setup.start.v), ledger_(plant_.feet.size()), time_(setup.start.time),
-        start_(setup.start.time), interval_(setup.sample), sample_index_(setup.start.first), recorder_(plant_, setup.omitted, setup.estimates),
-        trunk_(setup.trunk), summary_(plant_.joints(), plant_.mounts.size()),
-        displaced_summary_(summary_), other_summary_(summary_), foot_loads_(plant_.mounts.size()),
-        record_(setup.record), estimates_(setup.estimates), keeps_forces_(record_ && keeps_forces(setup)),
-        rate_limit_(setup.rate_limit),
-        torque_limit_(setup.torque_limit), limit_now_(setup.torque_limit),
-        has_lines_(torque_limit_.size() > 0 && plant_.drive.has_lines()),
-        set_points_(plant_.joints()), torque_(plant_.joints()) {
-    plant_.differentiates_separated = differentiates_separated;
-    if constexpr (PlantT::kPrescribed) reference_.prescribe();
-    restore_memories(setup.start.contacts);
-    begin_loads();
-    reference_.begin_step(time_);
-    reference_.restore(setup.start.command, time_);
-    for (RunSummary* summary : {&summary_, &displaced_summary_, &other_summary_}) {
-      summary->set_window(setup.window.begin, setup.window.end, setup.window.cycle);
-      if (torque_limit_.size() > 0) summary->set_limit(torque_limit_);
-    }
-    monitor_.start(setup.limits, time_);
-  }
+  SampledRollout(PlantT plant, const RunSetup& setup, bool differentiates_separated);
 
   // After the first evaluation: the sample of the start.
-  void record_start(const Checkpoint& start) {
-    if (estimates_) {
-      displaced_step(time_, q_, v_);
-      displaced_sample(time_, q_, v_);
-    }
-    see(time_, q_, v_);
-    record(0.0);
-    for (Eigen::Index i = 0; i < start.impulse.rows(); ++i)
-      ledger_.impulse[std::size_t(i)] = start.impulse.row(i).transpose();
-  }
+  void record_start(const Checkpoint& start);
 
   double next_sample() const { return double(sample_index_ + 1) * interval_; }
 
   // Where the step that begins now must end at the latest: at a sample, at `until`, at a jump of the
   // set-points, at a change of the loads. What is the same instant as a sample ends there.
-  double next_stop(double until) const {
-    const double jump = horizon(until), sample = next_sample();
-    return jump > sample || same_time(jump, sample) ? sample : jump;
-  }
+  double next_stop(double until) const;
 
   // The same without the samples; what is the same instant as a sample is at its time.
-  double horizon(double until) const {
-    const double jump =
-        std::min({until, reference_.next_jump(time_), plant_.loads.next_change(time_)});
-    const double sample = std::round(jump / interval_) * interval_;
-    return same_time(jump, sample) ? sample : jump;
-  }
+  double horizon(double until) const;
 
   // At a sample, where the plant is evaluated.
-  void arrive_at_sample(double t) {
-    time_ = t;
-    ++sample_index_;
-    record(interval_);
-  }
+  void arrive_at_sample(double t);
 
   // Loads that begin or end now.
-  void begin_loads() {
-    plant_.begin_loads(time_);
-    torque_time_ = kNever;
-  }
+  void begin_loads();
 
   bool loads_change(double before) const {
     return Loads::reached(plant_.loads.next_change(before), time_);
   }
 
-  bool accepted(double t, const VectorXd& q, const VectorXd& v) override {
-    see(t, q, v);
-    return monitor_.goes_on(t, plant_.evaluations);
-  }
+  bool accepted(double t, const VectorXd& q, const VectorXd& v) override;
 
   bool looks_at_error() const override { return estimates_; }
   bool looks_at_forces() const override { return keeps_forces_; }
 
   // Every second state, and where a cycle ends; the others are summarised as they are: so the summaries
   // differ by what lies between states, too.
-  bool looks_at_step(double t) override {
-    skipped_ = !skipped_ && !displaced_summary_.ends_at(t);
-    return !skipped_;
-  }
+  bool looks_at_step(double t) override;
 
-  void displaced_step(double t, const VectorXd& q, const VectorXd& v) override {
-    summarise(displaced_summary_, t, q, v);
-  }
+  void displaced_step(double t, const VectorXd& q, const VectorXd& v) override;
 
-  void displaced_sample(double t, const VectorXd& q, const VectorXd& v) override {
-    if (!record_) return;
-    torque_time_ = kNever;
-    find_torque(t, q, v);
-    displaced_q_ = q;
-    displaced_torque_ = torque_;
-    torque_time_ = kNever;
-    if (keeps_forces_) find_forces(displaced_force_);
-  }
+  void displaced_sample(double t, const VectorXd& q, const VectorXd& v) override;
 
-  Checkpoint checkpoint_now(std::vector<double> controller) const {
-    Checkpoint c;
-    c.first = sample_index_, c.time = time_, c.q = q_, c.v = v_;
-    c.contacts = contact_memories();
-    c.controller = std::move(controller);
-    c.command = reference_.pending();
-    c.impulse.resize(Eigen::Index(ledger_.impulse.size()), 3);
-    for (std::size_t i = 0; i < ledger_.impulse.size(); ++i)
-      c.impulse.row(Eigen::Index(i)) = ledger_.impulse[i].transpose();
-    return c;
-  }
+  Checkpoint checkpoint_now(std::vector<double> controller) const;
 
   bool ended() const { return monitor_.verdict() != WorkMonitor::Verdict::none; }
 
   // The most loaded foot; -1: none touches.
-  long loaded_foot() const {
-    long most = -1;
-    double largest = 0.0;
-    for (std::size_t i = 0; i < plant_.feet.size(); ++i) {
-      const double force = plant_.feet[i].active ? plant_.feet[i].contact.force.norm() : 0.0;
-      if (force > largest) largest = force, most = long(plant_.foot_of(i));
-    }
-    return most;
-  }
+  long loaded_foot() const;
 
   PlantT plant_;
   Reference reference_;
@@ -210,109 +92,34 @@ class SampledRollout : public Rollout, protected StepObserver {
   long sample_index_;
 
  private:
-  static bool keeps_forces(const RunSetup& setup) {
-    return std::find(setup.omitted.begin(), setup.omitted.end(), "foot_force") == setup.omitted.end();
-  }
+  static bool keeps_forces(const RunSetup& setup);
 
   // Motor torques at t in (q, v); not again where the run's own state has not changed.
-  void find_torque(double t, const VectorXd& q, const VectorXd& v) {
-    const bool own = &q == &q_;
-    if (own && t == torque_time_) return;
-    torque_time_ = own ? t : kNever;
-    reference_.begin_sample(t);
-    if constexpr (PlantT::kPrescribed) {
-      set_points_.take_motion(reference_, t);
-      prescribed_acceleration(plant_, set_points_.a, acceleration_);
-      reaction_torque(plant_, v, acceleration_, torque_);
-    } else {
-      set_points_.take(reference_, t);
-      plant_.servo_torque(q, v, set_points_, torque_);
-    }
-  }
+  void find_torque(double t, const VectorXd& q, const VectorXd& v);
 
   // Of motors whose torque falls with speed: the line at this speed where it is below the limit given.
-  void find_limits(RunSummary& summary, const VectorXd& v) {
-    const DriveLaw& drive = plant_.drive;
-    for (int j = 0; j < plant_.joints(); ++j) {
-      const double rate = v[6 + j];
-      const double line = torque_[j] < 0.0 ? -drive.lower_line(j, rate) : drive.upper_line(j, rate);
-      limit_now_[j] = std::min(torque_limit_[j], kLimitShare * line);
-    }
-    summary.set_limit(limit_now_);
-  }
+  void find_limits(RunSummary& summary, const VectorXd& v);
 
   // A state that the method has accepted, the plant evaluated there.
-  void see(double t, const VectorXd& q, const VectorXd& v) {
-    trunk_.look(plant_.terrain, plant_.dynamics.base_rotation(), q.template head<3>(), v, t);
-    summarise(summary_, t, q, v);
-    if (estimates_ && (skipped_ || other_summary_.ends_at(t) || t == start_))
-      repeat(other_summary_, t, q, v);
-  }
+  void see(double t, const VectorXd& q, const VectorXd& v);
 
   // What `summarise` has found goes into another summary.
-  void repeat(RunSummary& summary, double t, const VectorXd& q, const VectorXd& v) {
-    if (has_lines_) summary.set_limit(limit_now_);
-    summary.record(t, q, v, torque_, foot_loads_, q.template head<3>() + plant_.center_of_mass());
-  }
+  void repeat(RunSummary& summary, double t, const VectorXd& q, const VectorXd& v);
 
-  void summarise(RunSummary& summary, double t, const VectorXd& q, const VectorXd& v) {
-    find_torque(t, q, v);
-    if (has_lines_) find_limits(summary, v);
-    read_feet(plant_, foot_loads_);
-    summary.record(t, q, v, torque_, foot_loads_, q.template head<3>() + plant_.center_of_mass());
-  }
+  void summarise(RunSummary& summary, double t, const VectorXd& q, const VectorXd& v);
 
   // Forces on the mounts by the laws at the state evaluated, N.
-  void find_forces(RowMatrix& out) const {
-    out.setZero(Eigen::Index(plant_.mounts.size()), 3);
-    for (std::size_t i = 0; i < plant_.feet.size(); ++i)
-      out.row(Eigen::Index(plant_.foot_of(i))) += plant_.law_force(plant_.feet[i]).transpose();
-  }
+  void find_forces(RowMatrix& out) const;
 
   // What the displaced sample differs by from the state evaluated and its torques.
-  SampleError sample_error() {
-    using Attitude = Eigen::Map<const Eigen::Quaterniond>;
-    const auto largest = [](const VectorXd& x) { return x.size() > 0 ? x.cwiseAbs().maxCoeff() : 0.0; };
-    const Vec3 turn = (Attitude(q_.data() + 3).conjugate() * Attitude(displaced_q_.data() + 3)).vec();
-    double force = 0.0;
-    if (keeps_forces_ && displaced_force_.rows() > 0) {
-      find_forces(force_);
-      force = (force_ - displaced_force_).rowwise().norm().maxCoeff();
-    }
-    SampleError error;
-    error << (q_ - displaced_q_).template head<3>().norm(), 2.0 * turn.norm(),
-        largest((q_ - displaced_q_).tail(plant_.joints())), largest(torque_ - displaced_torque_), force;
-    return error;
-  }
+  SampleError sample_error();
 
   // Records the state, the plant evaluated there, at the end of a sampling interval [s].
-  void record(double interval) {
-    find_torque(time_, q_, v_);
-    if (record_)
-      recorder_.sample(plant_, time_, q_, v_, torque_, set_points_.q, set_points_.v, ledger_,
-                       interval, estimates_ ? sample_error() : SampleError::Zero().eval());
-    for (Vec3& impulse : ledger_.impulse) impulse.setZero();
-  }
+  void record(double interval);
 
-  RowMatrix contact_memories() const {
-    RowMatrix rows(plant_.feet.size(), kMemoryColumns);
-    for (std::size_t i = 0; i < plant_.feet.size(); ++i) {
-      const ContactMemory& m = plant_.feet[i].memory;
-      rows.row(i) << m.touch_speed, m.stretch.x(), m.stretch.y(), m.stretch.z(),
-          double(m.touching), double(m.sliding), m.face.x(), m.face.y(), m.face.z(), m.face_gap;
-    }
-    return rows;
-  }
+  RowMatrix contact_memories() const;
 
-  void restore_memories(const RowMatrix& rows) {
-    for (std::size_t i = 0; i < std::size_t(rows.rows()); ++i) {
-      ContactMemory& m = plant_.feet[i].memory;
-      m = {rows(i, 0), rows.row(i).segment<3>(1).transpose(), rows(i, 4) != 0.0, rows(i, 5) != 0.0};
-      if (rows.cols() < kMemoryColumns) continue;
-      m.face = rows.row(i).segment<3>(6).transpose();
-      m.face_gap = rows(i, 9);
-    }
-  }
+  void restore_memories(const RowMatrix& rows);
 
   WorkMonitor monitor_;
   Recorder recorder_;
