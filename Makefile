@@ -24,6 +24,11 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 INSTALL := $(PIP) install --no-compile
 BUILD_REQUIRES := "pip>=23" "scikit-build-core>=0.10" "nanobind>=2.4" "libpinocchio==4.1.*" \
 	cmeel-eigen cmeel-urdfdom-headers typing_extensions ninja cmake
+# The run-time dependencies, one a line; scikit-build-core brings tomli where Python has no tomllib.
+DEPENDENCIES := import importlib, sys; \
+toml = importlib.import_module("tomllib" if sys.version_info >= (3, 11) else "tomli"); \
+project = toml.load(open("pyproject.toml", "rb"))["project"]; \
+print(*project["dependencies"], *project["optional-dependencies"]["plot"], sep="\n")
 NATIVE := CMakeLists.txt $(sort $(shell find hexapod_pin/native -name '*.[ch]pp'))
 STUB := hexapod_pin/native/_core.pyi
 MODULES := $(sort $(shell find hexapod_pin -name '*.py'))
@@ -121,9 +126,13 @@ $(VENV)/.build: $(VENV)/.python
 $(VENV)/.modules: $(VENV)/.build FORCE
 	@echo "$(MODULES)" | cmp --quiet - $@ || echo "$(MODULES)" > $@
 
+# The dependencies are installed while the core is compiled: no package is touched by both.
 $(VENV)/.installed: $(VENV)/.build $(VENV)/.modules pyproject.toml $(NATIVE) | compiler
-	@echo "installing hexapod_pin; the first time the native core is compiled, two to four minutes"
-	@PATH="$(CURDIR)/$(BIN):$$PATH" $(INSTALL) --no-build-isolation --check-build-dependencies -e ".[plot]"
+	@echo "installing hexapod_pin; the first time the native core is compiled, one to three minutes"
+	@$(INSTALL) -r <($(BIN)/python -c '$(DEPENDENCIES)') & dependencies=$$!; \
+	PATH="$(CURDIR)/$(BIN):$$PATH" $(INSTALL) --no-build-isolation --check-build-dependencies --no-deps -e . || \
+	{ kill $$dependencies; exit 1; }; \
+	wait $$dependencies
 	@touch $@
 
 $(VENV)/.test: $(VENV)/.installed
