@@ -15,6 +15,7 @@ from hexapod_pin.native._core import FrictionKind as FrictionKind
 from hexapod_pin.native._core import FrictionLaw as FrictionLaw
 from hexapod_pin.native._core import FrictionMode as FrictionMode
 from hexapod_pin.native._core import LegChain as LegChain
+from hexapod_pin.native._core import LegSearch as LegSearch
 from hexapod_pin.native._core import LegsInverse as LegsInverse
 from hexapod_pin.native._core import LimitMode as LimitMode
 from hexapod_pin.native._core import NormalKind as NormalKind

@@ -7,7 +7,8 @@ numerically. Angles in rad, lengths in m, base axes.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -24,6 +25,7 @@ from hexapod_pin.robot.leg_geometry import (
 )
 
 if TYPE_CHECKING:
+    from hexapod_pin.native import LegSearch
     from hexapod_pin.robot.robot import Robot
 
 
@@ -63,6 +65,16 @@ class LegKinematics(LegGeometry):
             posture=read_only(robot.posture[rows]),
             closed_form=YawPitchPitch.from_geometry(axes, origins, p_BF) if len(ids) == 3 else None,
             task=travel_and_height((1.0, 0.0, 0.0)) if len(ids) == 2 else None,
+        )
+
+    @cached_property
+    def core(self) -> LegSearch:
+        """The search of the native core, for a leg without closed form."""
+        from hexapod_pin.native import LegSearch
+
+        task = np.eye(3) if self.task is None else self.task
+        return LegSearch(
+            self.axes, self.origins, self.foot, task, self.lower, self.upper, POSITION_TOLERANCE
         )
 
     def along(self, direction: ArrayLike) -> LegKinematics:
@@ -144,6 +156,26 @@ class LegKinematics(LegGeometry):
         if limits:
             self.check_limits(q)
         return q.reshape(*p.shape[:-1], len(self.joints))
+
+    def inverse_each(self, p_BF: Array, near: Array) -> Array:
+        """Return joint angles of targets that have nothing to do with each other.
+
+        Args:
+            p_BF: targets in the base frame [m]. Shape (N, 3).
+            near: reference joint angles of each [rad]. Shape (N, J).
+
+        Returns:
+            Joint angles inside the joint limits [rad]. Shape (N, J).
+
+        Raises:
+            ReachError: as of `inverse`, for the first target that cannot be reached.
+        """
+        if self.closed_form is not None or not np.isfinite(p_BF).all():
+            pairs = zip(p_BF, near, strict=True)
+            return np.stack([self.inverse(target, near=start) for target, start in pairs])
+        q = _found(self, p_BF, self.core.each(p_BF, near, True))
+        self.check_limits(q)
+        return q
 
 
 def held_configuration(robot: Robot) -> Array:
@@ -296,19 +328,10 @@ def _out_of_reach(
     )
 
 
-# Inverse kinematics of a leg of any shape: Newton steps along a path, search where they fail.
-
-MAX_ANGLE_CHANGE = 0.2
-"""Neighbouring targets whose Newton solutions differ by more are searched again [rad]."""
-
-NEWTON_STEPS = 12
-MAX_NEWTON_STEP = 0.3  # of one joint [rad]
-CONVERGED_STEP = 1e-9  # the steps end with a smaller one: the next would be its square [rad]
-NEAR_START = 1.0  # a Newton solution within this of its start is taken as the nearest one [rad]
-NEWTON_DAMPING = 1e-14  # added to the diagonal of J^T J [m^2]
+# Inverse kinematics of a leg of any shape, by Newton steps and a search in the core.
 
 
-def follow_search(leg: LegGeometry, targets: Array, near: Array, *, limits: bool) -> Array:
+def follow_search(leg: LegKinematics, targets: Array, near: Array, *, limits: bool) -> Array:
     """Return the angles along a path, starting near a reference.
 
     Args:
@@ -321,88 +344,29 @@ def follow_search(leg: LegGeometry, targets: Array, near: Array, *, limits: bool
         Joint angles [rad]. Shape (N, J).
 
     Raises:
-        ReachError: no solution was found for a target.
+        ReachError: no solution was found for a target; with its distance.
     """
-    q_first = _first(leg, targets[0], near, limits=limits)
-    q = _newton(leg, targets, np.tile(q_first, (len(targets), 1)))
-    missed = leg.followed(leg.forward(q) - targets)
-    found = np.linalg.norm(missed, axis=1) <= POSITION_TOLERANCE
-    if found.all() and not _jumps(q).any():
-        return q
-    suspect = ~found
-    suspect[1:] |= _jumps(q)
-    for k in range(1, len(targets)):
-        if not suspect[k] or (found[k] and not _jumps(q[k - 1 : k + 1])[0]):
-            continue
-        q[k] = _first(leg, targets[k], q[k - 1], limits=limits)
-        suspect[k + 1 : k + 2] = True
-    return q
+    return _found(leg, targets, leg.core.follow(targets, near, limits))
 
 
-def _jumps(q: Array) -> NDArray[np.bool_]:
-    """Return which angles (N, J) are far from those before. Shape (N - 1,)."""
-    return np.asarray((np.abs(np.diff(q, axis=0)) >= MAX_ANGLE_CHANGE).any(axis=1))
-
-
-def _first(leg: LegGeometry, target: Array, near: Array, *, limits: bool) -> Array:
-    """Return the angles for one target (3,): Newton steps, and search where they lead away.
-
-    Raises:
-        ReachError: no solution was found.
-    """
-    q: Array = _newton(leg, target[None], near[None].copy())[0]
-    inside = not limits or bool(((q >= leg.lower) & (q <= leg.upper)).all())
-    missed = np.linalg.norm(leg.followed(leg.forward(q) - target))
-    if inside and missed <= POSITION_TOLERANCE and np.abs(q - near).max() < NEAR_START:
-        return q
-    q, miss = search(leg, target, near, limits=limits)
-    if miss > POSITION_TOLERANCE:
-        raise _not_found(leg, target, miss)
-    return q
-
-
-def search(leg: LegGeometry, target: Array, near: Array, *, limits: bool) -> tuple[Array, float]:
-    """Return the least-squares solution for one target (3,) from `near` and its distance [m]."""
-    from scipy.optimize import least_squares
-
-    bounds: Any = (leg.lower, leg.upper) if limits else (-np.inf, np.inf)
-    found = least_squares(
-        lambda q: leg.followed(leg.forward(q) - target),
-        np.clip(near, *bounds),
-        jac=lambda q: leg.followed(leg.jacobian(q).T).T,
-        bounds=bounds,
-        xtol=1e-15,
-        ftol=1e-15,
-        gtol=1e-15,
-    )
-    return found.x, float(np.linalg.norm(found.fun))
-
-
-def distance_missed(leg: LegGeometry, targets: Array) -> Array:
+def distance_missed(leg: LegKinematics, targets: Array) -> Array:
     """Return how far targets (N, 3) lie outside the reach, 0 inside [m]. Shape (N,)."""
-    misses = np.array([search(leg, target, leg.posture, limits=False)[1] for target in targets])
+    misses = leg.core.distances(targets, leg.posture)
     return np.where(misses <= POSITION_TOLERANCE, 0.0, misses)
 
 
-def _newton(leg: LegGeometry, targets: Array, q: Array) -> Array:
-    """Take damped Newton steps towards all targets (N, 3) from q (N, J)."""
-    for _ in range(NEWTON_STEPS):
-        p, jacobian = leg.chain.forward_and_jacobian(q)
-        transposed = leg.followed(np.swapaxes(jacobian, -1, -2))
-        missed = leg.followed(targets - p)
-        normal = transposed @ np.swapaxes(transposed, -1, -2) + NEWTON_DAMPING * np.eye(q.shape[1])
-        step = np.linalg.solve(normal, transposed @ missed[..., None])[..., 0]
-        q = q + np.clip(step, -MAX_NEWTON_STEP, MAX_NEWTON_STEP)
-        if np.abs(step).max() < CONVERGED_STEP:
-            break
-    return q
+def _found(leg: LegGeometry, targets: Array, result: tuple[Array, int, float]) -> Array:
+    """Return the angles that the core has found for targets (N, 3) [m]. Shape (N, J).
 
-
-def _not_found(leg: LegGeometry, target: Array, miss: float) -> ReachError:
-    """Return the error of a search that ended away from its target."""
-    return ReachError(
+    Raises:
+        ReachError: it has found none for a target.
+    """
+    q, missed, distance = result
+    if missed < 0:
+        return q
+    raise ReachError(
         leg.name,
-        f"foot target {point_text(target)} m lies {miss:.4g} m outside the reach or the joint "
-        "limits (numerical search from the nearest known posture).",
-        miss,
+        f"foot target {point_text(targets[missed])} m lies {distance:.4g} m outside the reach or "
+        "the joint limits (numerical search from the nearest known posture).",
+        distance,
     )

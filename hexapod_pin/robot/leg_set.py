@@ -169,7 +169,7 @@ class LegSet:
                 return q
         return np.stack(
             [
-                np.stack([leg.inverse(p, near=q) for p, q in zip(targets, starts, strict=True)])
+                leg.inverse_each(targets, starts)
                 for leg, targets, starts in zip(self.legs, p_BF, near, strict=True)
             ]
         )
