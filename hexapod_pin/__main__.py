@@ -29,8 +29,10 @@ def main(argv: Sequence[str] | None = None) -> NoReturn:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     stop_signals.install()  # before more is read: until here Ctrl-C ends in Python's traceback
     from hexapod_pin.commands.resources import lack_of, open_streams
+    from hexapod_pin.commands.terminal import announce_command
 
     open_streams()
+    announce_command(sys.argv[1:] if argv is None else argv)
     try:
         from hexapod_pin.commands.process import run_process
     except (ImportError, MemoryError, OSError) as error:

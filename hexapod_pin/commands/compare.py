@@ -16,6 +16,7 @@ from hexapod_pin.commands.output_files import (
     writable_figure,
     written_files,
 )
+from hexapod_pin.commands.progress import progress_bar
 from hexapod_pin.commands.study_options import (
     Processes,
     Resume,
@@ -26,7 +27,7 @@ from hexapod_pin.commands.study_options import (
     run_options,
     with_progress,
 )
-from hexapod_pin.commands.terminal import echo
+from hexapod_pin.commands.terminal import announce, echo
 from hexapod_pin.errors import DivergenceError, ParameterError, StudyInterrupted
 
 if TYPE_CHECKING:
@@ -102,6 +103,7 @@ def compare(
     code: ImportCode = None,
 ) -> None:
     """Compare the controllers of cases on the scene of the first, in its settings."""
+    announce(f"reading {', '.join(map(str, cases))}")
     from hexapod_pin.commands.compare_cases import (
         bumpy,
         controlled,
@@ -110,7 +112,6 @@ def compare(
         shared_runs,
         study_scenes,
     )
-    from hexapod_pin.commands.progress import progress_bar
     from hexapod_pin.results.result_files import JSON
     from hexapod_pin.study.compare import compared
     from hexapod_pin.study.runs.runner import run_study
@@ -158,7 +159,6 @@ def _report(found: Comparison, json: Path | None, markdown: bool, written: Writt
 
 def _play(planned: Sequence[PlannedRun], path: Path, threads: int, written: WrittenFiles) -> None:
     """Run the first variant of the first scene again, with samples, and write its playback."""
-    from hexapod_pin.commands.progress import progress_bar
     from hexapod_pin.results.trace import Trace
     from hexapod_pin.simulation.batch import simulate_batch
     from hexapod_pin.view.side_by_side import write_side_by_side

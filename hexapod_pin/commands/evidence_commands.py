@@ -19,7 +19,7 @@ from hexapod_pin.commands.options import (
 )
 from hexapod_pin.commands.output_files import writable, writable_figure, written_files
 from hexapod_pin.commands.progress import progress_bar
-from hexapod_pin.commands.terminal import MISSED, echo, fail
+from hexapod_pin.commands.terminal import MISSED, announce, echo, fail
 from hexapod_pin.errors import ParameterError, SimulationInterrupted
 
 if TYPE_CHECKING:
@@ -107,6 +107,7 @@ def bench(
         return _hard(quick, out)
     if not scenes:
         raise ParameterError("SCENE", None, "named, or --hard given", "See --help.")
+    announce(f"reading {', '.join(scenes)}")
     from hexapod_pin.benchmark.work_precision.comparison import ComparisonSettings
     from hexapod_pin.benchmark.work_precision.scenes import SceneOptions
 
@@ -171,6 +172,7 @@ def _one(task: Task, settings: ComparisonSettings, accuracy: float | None) -> Co
     from hexapod_pin.benchmark.work_precision.comparison import compare
 
     if accuracy is not None:
+        announce(f"looking for the cheapest settings on {task.name}")
         return advice_comparison(task, accuracy)
     with progress_bar(f"measuring {task.name}") as progress:
         return compare(task, settings, progress)

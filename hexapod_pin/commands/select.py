@@ -11,6 +11,7 @@ import typer
 
 from hexapod_pin.commands.options import OptionalFloat, OptionalPath, RobotName
 from hexapod_pin.commands.output_files import written_files
+from hexapod_pin.commands.progress import progress_bar
 from hexapod_pin.commands.study_options import (
     Processes,
     Resume,
@@ -20,7 +21,7 @@ from hexapod_pin.commands.study_options import (
     StudyThreads,
     run_options,
 )
-from hexapod_pin.commands.terminal import echo
+from hexapod_pin.commands.terminal import announce, echo
 from hexapod_pin.errors import ParameterError, StudyInterrupted
 from hexapod_pin.user_file import user_path
 
@@ -71,8 +72,8 @@ def select(
     scheduler: Scheduler = None,
 ) -> None:
     """Rank motors for a robot: each simulated with its mass, inertia and torque-speed line."""
+    announce(f"reading {robot}")
     from hexapod_pin.commands.output_files import writable
-    from hexapod_pin.commands.progress import progress_bar
     from hexapod_pin.commands.terminal import NONE_PASSES, fail, interrupted_status
     from hexapod_pin.study.selection import select_motors
     from hexapod_pin.view.report import require_report

@@ -18,7 +18,7 @@ from hexapod_pin.commands.study_options import (
     Scheduler,
     StudyThreads,
 )
-from hexapod_pin.commands.terminal import echo
+from hexapod_pin.commands.terminal import announce, echo
 
 if TYPE_CHECKING:
     from hexapod_pin.study.runs import SweepResult
@@ -43,6 +43,7 @@ def sweep(
     code: ImportCode = None,
 ) -> None:
     """Run all cases of a study; what is finished is stored whatever happens."""
+    announce(f"reading {study}")
     from hexapod_pin.study.runs import run_sweep
     from hexapod_pin.study.runs.sweep_result import ENDINGS
     from hexapod_pin.study.sweep import load_sweep

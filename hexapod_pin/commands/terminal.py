@@ -1,11 +1,14 @@
-"""Commands print in one place, and end with an exit status."""
+"""Commands print in one place, and end with an exit status.
+
+Nothing is imported here that takes time: the first line of a command comes before its libraries.
+"""
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
+from contextlib import suppress
 from typing import NoReturn
-
-import typer
 
 from hexapod_pin.foreign_text import visible
 from hexapod_pin.stop_signals import end, received
@@ -18,7 +21,26 @@ def echo(text: str = "", *, err: bool = False) -> None:
         text: what to print.
         err: whether on stderr; else on stdout.
     """
+    import typer
+
     typer.echo(visible(text), err=err)
+
+
+def announce(text: str) -> None:
+    """Print what begins now and has no progress bar, on stderr, where that is a terminal."""
+    with suppress(OSError):  # as of a terminal that was closed
+        if sys.stderr.isatty():
+            print(f"{visible(text)} ...", file=sys.stderr, flush=True)
+
+
+def announce_command(arguments: Sequence[str]) -> None:
+    """Announce the command of a command line, before it is known whether it can be run.
+
+    Libraries take longer to load than a user should wait for a sign: this comes before them. A
+    request for help gets no line.
+    """
+    if arguments and not arguments[0].startswith("-") and "--help" not in arguments:
+        announce(f"{arguments[0]}: loading libraries")
 
 
 # Exit status: 0 done, 1 missed, 2 refused or failed, 3 ran with a bad result, 128 + n a signal.

@@ -17,7 +17,7 @@ from hexapod_pin.commands.options import (
     Verdict,
     import_code,
 )
-from hexapod_pin.commands.terminal import echo
+from hexapod_pin.commands.terminal import announce, echo
 
 if TYPE_CHECKING:
     from hexapod_pin.results.peak_verdict import PeakVerdicts
@@ -45,6 +45,7 @@ def budget(
     code: ImportCode = None,
 ) -> None:
     """Print the torque budget of a trace."""
+    announce(f"reading {trace}")
     from hexapod_pin.commands.case_report import verdict_on_peaks
     from hexapod_pin.results.trace_file import load_trace
 
@@ -111,6 +112,7 @@ def stability(
     ] = False,
 ) -> None:
     """Print the stability margins of a trace: static, energy, zero-moment point."""
+    announce(f"reading {trace}")
     from hexapod_pin.results.stability import stability as margins
     from hexapod_pin.results.trace_file import load_trace
 
@@ -133,6 +135,7 @@ def view(
     ] = None,
 ) -> None:
     """Show a trace in the browser (meshcat) until Ctrl-C."""
+    announce(f"reading {trace}")
     from hexapod_pin.results.trace_file import load_trace
     from hexapod_pin.view.html import view as show
 

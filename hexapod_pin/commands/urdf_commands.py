@@ -27,7 +27,7 @@ from hexapod_pin.commands.options import (
     spelt_in_options,
     torque_limit,
 )
-from hexapod_pin.commands.terminal import FAILED, echo, fail
+from hexapod_pin.commands.terminal import FAILED, announce, echo, fail
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.user_file import user_path
 
@@ -52,6 +52,7 @@ def check(
     ] = False,
 ) -> None:
     """Say whether a URDF can be used, everything that is wrong with it, and what repairs it."""
+    announce(f"reading {urdf}")
     from hexapod_pin.robot.loading.load_options import write_hints
     from hexapod_pin.robot.urdf_report import inspect
 
@@ -110,6 +111,7 @@ def repair(
     Every change is printed. Where `check`, with the same options, would still refuse the file,
     nothing is written.
     """
+    announce(f"reading {file}")
     from hexapod_pin.commands.output_files import writable
     from hexapod_pin.robot.loading.load_options import read_hints
     from hexapod_pin.robot.loading.load_urdf import read_file

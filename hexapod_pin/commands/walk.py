@@ -43,7 +43,7 @@ from hexapod_pin.commands.options import (
     import_code,
     load_options,
 )
-from hexapod_pin.commands.terminal import echo
+from hexapod_pin.commands.terminal import announce, echo
 
 if TYPE_CHECKING:
     from hexapod_pin.control.feasible_gait import FittedGait
@@ -175,6 +175,7 @@ def walk(
     record: Record = None,
 ) -> None:
     """Walk a robot; print its torque table; leave a trace and a playback."""
+    announce(f"reading {robot}")
     from hexapod_pin.commands.case_report import run_and_report
     from hexapod_pin.commands.output_files import PAGES, writable, writable_trace
     from hexapod_pin.control.feasible_gait import default_gait, fit_gait
@@ -197,6 +198,7 @@ def walk(
         mass=mass, density=density, effort=effort, velocity=velocity,
     )  # fmt: skip
     loaded = load_robot(robot, options=options)
+    announce("planning the gait")
     fitted = fit_gait(
         loaded, gait or default_gait(loaded), stroke, heading=math.radians(heading),
         turn_rate=math.radians(turn_rate), **given(cycle_time=cycle_time, duty=duty, lift=lift),
@@ -277,6 +279,7 @@ def run(
     code: ImportCode = None,
 ) -> None:
     """Run a case from its file; print its torque table; leave a trace and a playback."""
+    announce(f"reading {case}")
     from hexapod_pin.commands.case_report import run_and_report
     from hexapod_pin.commands.output_files import PAGES, writable, writable_trace
     from hexapod_pin.simulation.case import load_case

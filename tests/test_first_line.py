@@ -1,0 +1,105 @@
+"""A user at a terminal reads what is being done before any library that takes time is loaded."""
+
+from __future__ import annotations
+
+import errno
+import io
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from hexapod_pin.commands import app
+from hexapod_pin.commands.terminal import announce, announce_command
+
+HEAVY = {"typer", "pydantic", "numpy", "scipy", "pinocchio", "rich", "h5py"}
+
+
+class Terminal(io.StringIO):
+    """A stream that is a terminal."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+def on_terminal(folder: Path, *arguments: str) -> list[str]:
+    """Run `hexapod-pin` on a terminal; return what it prints there and, in between, its imports."""
+    reader, terminal = os.openpty()
+    command = [sys.executable, "-X", "importtime", "-m", "hexapod_pin", *arguments]
+    with subprocess.Popen(
+        command, cwd=folder, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=terminal
+    ):
+        os.close(terminal)
+        parts = []
+        try:
+            while part := os.read(reader, 65536):
+                parts.append(part)
+        except OSError as error:  # of Linux, where the other end was closed
+            assert error.errno == errno.EIO
+        os.close(reader)
+    return [line.rpartition("|")[2].strip() for line in b"".join(parts).decode().splitlines()]
+
+
+def test_the_first_line_comes_before_the_libraries_and_the_second_before_numpy(
+    tmp_path: Path,
+) -> None:
+    lines = on_terminal(tmp_path, "walk", "none.urdf")
+    first = lines.index("walk: loading libraries ...")
+    assert "hexapod_pin.commands.terminal" in lines[:first]
+    assert not {name.partition(".")[0] for name in lines[:first]} & HEAVY
+    assert first < lines.index("typer") < lines.index("reading none.urdf ...")
+    assert lines.index("reading none.urdf ...") < lines.index("numpy")
+
+
+def test_nothing_is_announced_where_stderr_is_no_terminal(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    announce("reading robot.urdf")
+    assert capsys.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text"),
+    [
+        (["walk", "a.urdf"], "walk: loading libraries ...\n"),
+        (["bench"], "bench: loading libraries ...\n"),
+        (["wal\x1bk"], "wal\\x1bk: loading libraries ...\n"),
+        (["walk", "--help"], ""),
+        (["--version"], ""),
+        ([], ""),
+    ],
+)
+def test_a_command_is_announced_and_help_is_not(
+    arguments: list[str], text: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    announce_command(arguments)
+    assert sys.stderr.getvalue() == text
+
+
+ARGUMENTS = {
+    "walk": ["none.urdf"], "run": ["none.toml"], "compare": ["none.toml"], "sweep": ["none.toml"],
+    "view": ["none.nc"], "budget": ["none.nc"], "select": ["none.urdf"], "stability": ["none.nc"],
+    "check": ["none.urdf"], "repair": ["none.urdf", "-o", "new.urdf"], "bench": ["none.urdf"],
+}  # fmt: skip
+COMPUTING = {"contact", "verify"}
+"""These read no file; `verify` has a bar from its first check."""
+
+
+def test_every_command_is_listed_here() -> None:
+    assert set(app._commands().commands) == {*ARGUMENTS, *COMPUTING}
+
+
+@pytest.mark.parametrize("command", ARGUMENTS)
+def test_every_command_says_what_it_reads_first(
+    command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Before a file is looked for, even."""
+    monkeypatch.chdir(tmp_path)
+    terminal = Terminal()
+    monkeypatch.setattr(sys, "stderr", terminal)
+    with pytest.raises(SystemExit):
+        app.main([command, *ARGUMENTS[command]])
+    assert terminal.getvalue().startswith(f"reading {ARGUMENTS[command][0]} ...\n")
