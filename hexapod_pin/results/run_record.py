@@ -98,6 +98,9 @@ class Numerics(Facts):
         tolerance: of a step, in the run that is reported [m and rad].
         accuracy_kept: whether the estimated error is within the accuracy.
         error_estimate: how far any position may be off [m and rad].
+        cycles_run: cycles of a walk that was run until it repeats, the last of which is reported.
+        transients: how far positions are at most from those of the walk for ever [m and rad].
+        torque_transients: and torques [N m].
     """
 
     method: Name | None = None
@@ -108,6 +111,9 @@ class Numerics(Facts):
     tolerance: NotNegative | None = None
     accuracy_kept: bool = False
     error_estimate: Bound | None = None
+    cycles_run: Annotated[int, Field(ge=1)] | None = None
+    transients: NotNegative | None = None
+    torque_transients: NotNegative | None = None
 
 
 class WalkFacts(Facts):

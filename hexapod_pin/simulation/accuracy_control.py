@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Generator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from threading import Event
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -29,6 +29,7 @@ from hexapod_pin.simulation.resolution import (
 )
 from hexapod_pin.simulation.run_outcome import run_numbers
 from hexapod_pin.simulation.run_settings import RunSettings
+from hexapod_pin.simulation.transients import Transients
 
 
 @dataclass(frozen=True)
@@ -75,11 +76,17 @@ class AccuracyControl:
     Attributes:
         settings: the settings requested.
         comparisons: of each run with the one before it.
+        transients: of a walk until it repeats: what is left of them in its last cycle.
     """
 
-    def __init__(self, settings: RunSettings) -> None:
-        """Store the settings requested; nothing is run yet."""
+    def __init__(self, settings: RunSettings, before: AccuracyControl | None = None) -> None:
+        """Store the settings requested; nothing is run yet.
+
+        `before`: the runs of the part of the motion before this one, whose work counts, too.
+        """
         self.settings = settings
+        self.transients: Transients | None = None
+        self._work = (0, 0, 0.0) if before is None else before.work
         self.comparisons: list[Comparison] = []
         self._ended: list[_Ended] = []  # the two finest
         self._difference: ErrorEstimate | None = None  # of them
@@ -162,6 +169,19 @@ class AccuracyControl:
         return self._chosen.run.summary(self._counters, self._numerics, self._number_errors)
 
     @property
+    def run(self) -> NativeRun | None:
+        """The finest run that has ended well, if any."""
+        return self._ended[-1].run if self._ended else None
+
+    @property
+    def work(self) -> tuple[int, int, float]:
+        """Runs, evaluations and wall time [s] so far, those before included."""
+        runs, evaluations, wall_time = self._work
+        return (
+            runs + self._runs, evaluations + self._evaluations, wall_time + self._wall_time
+        )  # fmt: skip
+
+    @property
     def _chosen(self) -> _Ended:
         return self._ended[-1]
 
@@ -174,7 +194,11 @@ class AccuracyControl:
     @property
     def _kept(self) -> bool:
         """Whether the chosen run is within the accuracy requested."""
-        return self._own_ratio <= 1.0 or bool(self.comparisons and self.comparisons[-1].kept)
+        kept = self._own_ratio <= 1.0 or bool(self.comparisons and self.comparisons[-1].kept)
+        if not kept or self.transients is None:
+            return kept
+        error = self._error
+        return error is not None and self._ratio(error) <= 1.0
 
     @property
     def _knows_error(self) -> bool:
@@ -190,34 +214,72 @@ class AccuracyControl:
 
     @property
     def _error(self) -> ErrorEstimate | None:
+        error = self._difference and self._difference.scaled(self._share)
         if self._knows_error:
-            return self._chosen.own_error
-        return None if self._difference is None else self._difference.scaled(self._share)
+            error = self._chosen.own_error
+        if error is None or self.transients is None:
+            return error
+        return self.transients.left.added_to(error)
 
     @property
     def _counters(self) -> dict[str, int]:
-        return {"runs": self._runs, "evaluations_of_all_runs": self._evaluations}
+        runs, evaluations, _ = self.work
+        return {"runs": runs, "evaluations_of_all_runs": evaluations}
 
     @property
     def _numerics(self) -> dict[str, Any]:
         """What trace and summary report of the error: more `Numerics`, and the wall time."""
-        error = self._error
+        error, left = self._error, self.transients
         return {
-            "wall_time": self._wall_time,
+            "wall_time": self.work[2],
             "tolerance": self._chosen.run.settings.method_settings.tolerance,
             "accuracy_kept": self._kept,
             "error_estimate": None if error is None else float(error.position.max()),
+            "cycles_run": left and left.cycles,
+            "transients": left and left.left.position,
+            "torque_transients": left and left.left.torque,
         }
 
     @property
     def _number_errors(self) -> dict[str, Any]:
         """Errors of the summary's numbers."""
+        found: Mapping[str, Any] = {}
         if self._knows_error:
-            return dict(self._chosen.own_errors)
-        if self._difference is None:
-            return {}
-        coarser, finer = self._ended
-        return differences(Summary, finer.numbers, coarser.numbers, self._share)
+            found = self._chosen.own_errors
+        elif self._difference is not None:
+            coarser, finer = self._ended
+            found = differences(Summary, finer.numbers, coarser.numbers, self._share)
+        left = {} if self.transients is None else self.transients.numbers
+        return {name: error + left.get(name, 0.0) for name, error in found.items()}
+
+
+Outcome = TypeVar("Outcome")
+Runs = Generator[NativeRun, None, Outcome]
+"""Runs, each to be advanced to its end before the next is asked for; returns what they lead to."""
+
+
+def controlled_runs(run: NativeRun, before: AccuracyControl | None = None) -> Runs[AccuracyControl]:
+    """Yield the runs of a case, finer each time, until its accuracy is met; one without estimate.
+
+    Args:
+        run: of the case, not yet advanced.
+        before: as of `AccuracyControl`.
+
+    Raises:
+        DivergenceError: the states of a run and of a finer one are no longer finite.
+    """
+    control = AccuracyControl(run.settings, before)
+    if not run.settings.estimate:
+        yield run
+        control.take(0, run)
+        return control
+    level: int | None = run.settings.method_settings.first_levels[0]
+    while level is not None:
+        run = run.with_settings(control.settings.at_level(level))
+        yield run
+        control.take(level, run)
+        level = control.next_level()
+    return control
 
 
 # The case is run again, finer each time, until it meets the accuracy requested.

@@ -15,9 +15,9 @@ from hexapod_pin.errors import HexapodError, ParameterError, SimulationInterrupt
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.simulation.accuracy_control import AccuracyControl
-from hexapod_pin.simulation.case import Case
-from hexapod_pin.simulation.native_run import PROGRESS_INTERVAL, NativeRun, open_loop_run
+from hexapod_pin.simulation.accuracy_control import Runs
+from hexapod_pin.simulation.case import Case, case_runs
+from hexapod_pin.simulation.native_run import PROGRESS_INTERVAL, NativeRun
 from hexapod_pin.simulation.run_settings import RunSettings, WorkLimits, chosen_limits
 from hexapod_pin.simulation.session import controlled_loop, lock_step_runs
 from hexapod_pin.user_code import UserCode, user_callback
@@ -263,15 +263,10 @@ class BatchRuns:
     def _plan(self, index: int, case: Case) -> _Job | Exception:
         """Plan a case; an error is its result."""
         try:
-            settings = case.settings
-            run = open_loop_run(case, settings, record=self.record)
+            runs = case_runs(case, record=self.record)
+            return _Job(index, runs, next(runs))
         except Exception as error:
             return _without_frames(error)
-        job = _Job(index, run, AccuracyControl(settings) if settings.estimate else None)
-        if job.control is not None:
-            job.refinement = settings.method_settings.first_levels[0]
-            job.run = run.with_settings(settings.at_level(job.refinement))
-        return job
 
     def _hand_over(self, job: _Job, pool: Any) -> int:
         """Hand a run to the pool; return its number there."""
@@ -283,22 +278,15 @@ class BatchRuns:
         return int(pool.add(job.run.rollout, grid.samples, max(1, part)))
 
     def _ended(self, job: _Job) -> Trace | Summary | Exception | None:
-        """Return the result of a case; None where a finer run of it, now the job's, is next."""
-        control = job.control
-        if control is None:
-            return self._result(job.run)
+        """Return the result of a case; None where another run of it, now the job's, is next."""
         try:
-            control.take(job.refinement, job.run)
-            finer = control.next_level()
-            if finer is None:
-                return self._outcome(control)
-            job.refinement, job.run = finer, job.run.with_settings(control.settings.at_level(finer))
+            job.run = next(job.runs)
+        except StopIteration as end:
+            result: Trace | Summary = end.value
+            return result
         except Exception as error:
             return _without_frames(error)
         return None
-
-    def _outcome(self, control: AccuracyControl) -> Trace | Summary:
-        return control.trace() if self.record else control.summary()
 
     def _live(self, group: Mapping[int, Case]) -> list[Result]:
         """Run cases with one feedback controller side by side; where that fails, one by one."""
@@ -320,7 +308,8 @@ class BatchRuns:
     def _controlled(self, case: Case) -> Trace | Summary | Exception:
         """Return the result of a case with feedback whose error is controlled: it runs alone."""
         try:
-            return self._outcome(controlled_loop(case, record=self.record))
+            control = controlled_loop(case, record=self.record)
+            return control.trace() if self.record else control.summary()
         except SimulationInterrupted:
             raise
         except Exception as error:
@@ -339,12 +328,11 @@ class BatchRuns:
 
 @dataclass
 class _Job:
-    """A case in the pool: its run there, the level of the run, and the runs before it."""
+    """A case in the pool: all its runs, and the one that is there."""
 
     index: int
+    runs: Runs[Trace | Summary]
     run: NativeRun
-    control: AccuracyControl | None
-    refinement: int = 0
     begin: float = 0.0
 
 

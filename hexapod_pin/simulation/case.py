@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.atomic_file import write_atomically
@@ -17,11 +17,12 @@ from hexapod_pin.control.kinematic import planning_progress
 from hexapod_pin.errors import SimulationInterrupted
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.simulation.accuracy_control import ControlledRun
+from hexapod_pin.simulation.accuracy_control import ControlledRun, Runs, controlled_runs
 from hexapod_pin.simulation.case_data import CaseData, case_from_dict, case_to_dict, read_case
 from hexapod_pin.simulation.native_run import NativeRun, open_loop_run
 from hexapod_pin.simulation.run_settings import RunSettings, WorkLimits, chosen_limits
 from hexapod_pin.simulation.session import controlled_loop, lock_step_runs
+from hexapod_pin.simulation.steady_walk import steady_runs
 from hexapod_pin.user_code import user_callback
 from hexapod_pin.user_file import read_text, user_path
 
@@ -42,6 +43,7 @@ class Case(CaseData):
         controller: as of `simulate`.
         initial: state at the start, or a checkpoint to continue from; None: standing.
         duration: simulated time [s]; None where `simulate_batch` gives one for all.
+        until: as of `simulate`.
         accuracy, torque_accuracy, estimate, method, step, sample: as of `simulate`.
         record: as of `simulate`, stored as a tuple; None where everything is recorded.
         limits: as of `simulate`; no part of what the case means, and of no file.
@@ -130,6 +132,7 @@ def simulate(
     controller: Controller | FeedbackController,
     *,
     duration: float,
+    until: str | None = None,
     accuracy: float | None = None,
     torque_accuracy: float | str | None = None,
     estimate: bool | None = None,
@@ -149,6 +152,10 @@ def simulate(
         controller: gives the joint set-points: all of them before the run (`KinematicControl`,
             `HoldPosture`), or at its ticks from what it measures (a `FeedbackController`).
         duration: simulated time [s]; 0 returns the initial sample.
+        until: "steady": the walk begins in motion and is run until a cycle repeats, which is the
+            result; what is left of the transients is part of its error. Where none of ten cycles
+            repeats, the usual run of `duration` is. The ground must be a plane, the gait periodic
+            (`KinematicControl` without stop or commands), its cycle a whole number of samples.
         accuracy: largest error in positions at the sampled times [m and rad]; default 1e-4. A run
             that knows its own error is enough; otherwise the case is run at two resolutions or more
             until its estimated error is within the accuracy. Where that is impossible,
@@ -191,8 +198,8 @@ def simulate(
     """
     case = Case(
         scene, controller, initial,
-        duration=duration, accuracy=accuracy, torque_accuracy=torque_accuracy, estimate=estimate,
-        method=method, step=step, sample=sample, record=record,
+        duration=duration, until=until, accuracy=accuracy, torque_accuracy=torque_accuracy,
+        estimate=estimate, method=method, step=step, sample=sample, record=record,
         limits=chosen_limits(limits, allow),
     )  # fmt: skip
     return run_case(case, user_callback("progress", progress))
@@ -214,11 +221,60 @@ def run_case(
                     return controlled_loop(case, progress).trace()
                 run = lock_step_runs([case], case.settings, progress=progress)[0]
                 return run.require_good()
+            if case.until is not None:
+                return _one_by_one(case_runs(case), progress)
             run = open_loop_run(case, case.settings, in_parts=True)
     except KeyboardInterrupt:
         text = "interrupted while the run was being planned; nothing was simulated"
         raise SimulationInterrupted(text, None) from None
     return _open_loop(run, progress)
+
+
+def case_runs(case: CaseData, *, record: bool = True) -> Runs[Trace | Summary]:
+    """Yield the runs of a case without feedback, and return its result; see `Runs`.
+
+    Args:
+        case: what is run.
+        record: whether the result is a trace, or the summary alone.
+
+    Raises:
+        HexapodError: as `simulate`.
+    """
+    control = None
+    if case.until is not None:
+        control = yield from steady_runs(case, record=record)
+    if control is None:
+        run = open_loop_run(case, case.settings, record=record)
+        if not case.settings.estimate:
+            yield run
+            if record:
+                return run.require_good()
+            run.require_good_so_far()
+            return run.summary()
+        control = yield from controlled_runs(run)
+    return control.trace() if record else control.summary()
+
+
+def _one_by_one(runs: Runs[Trace | Summary], progress: Callable[[float], None] | None) -> Trace:
+    """Advance runs, each after the other; their number is not known before."""
+    left = 1.0
+
+    def tell(fraction: float) -> None:
+        if progress is not None:
+            progress(1.0 - left + left * SHARE_OF_A_RUN * fraction)
+
+    try:
+        while True:
+            next(runs).advance(tell)
+            left *= 1.0 - SHARE_OF_A_RUN
+    except StopIteration as end:
+        if progress is not None:
+            progress(1.0)
+        return cast("Trace", end.value)
+
+
+SHARE_OF_A_RUN = 0.3
+"""Of the progress not shown yet, that a run takes whose successors are not known [-]."""
 
 
 def _open_loop(run: NativeRun, progress: Callable[[float], None] | None) -> Trace:

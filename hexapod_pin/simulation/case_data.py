@@ -44,9 +44,14 @@ Kind = TypeVar("Kind", bound="CaseData")
 
 SCHEMA = 1
 SETTINGS = (
-    "duration", "accuracy", "torque_accuracy", "estimate", "method", "step", "sample", "record",
+    "duration", "until", "accuracy", "torque_accuracy", "estimate", "method", "step", "sample",
+    "record",
 )  # fmt: skip
 ROBOT = ("source", "feet", "foot_radius", "posture", "digest", "options")
+
+
+STEADY = "steady"
+"""Of a case that runs until a cycle repeats."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +62,7 @@ class CaseData(Immutable):
     controller: Controller | FeedbackController
     initial: State | Checkpoint | None = None
     duration: float | None = field(default=None, kw_only=True)
+    until: str | None = field(default=None, kw_only=True)
     accuracy: float | None = field(default=None, kw_only=True)
     torque_accuracy: float | str | None = field(default=None, kw_only=True)
     estimate: bool | None = field(default=None, kw_only=True)
@@ -68,6 +74,8 @@ class CaseData(Immutable):
 
     def __post_init__(self) -> None:
         """Check the settings against each other."""
+        if self.until not in (None, STEADY):
+            raise ParameterError("until", self.until, f"{STEADY!r} or None")
         object.__setattr__(self, "record", recorded_groups(self.record))
         self._settings(0.0 if self.duration is None else self.duration)
 
@@ -190,7 +198,7 @@ class CaseData(Immutable):
         try:
             return self._digest
         except ParameterError:
-            rest = (self.duration, self.settings_key, self.sample, self.record)
+            rest = (self.duration, self.until, self.settings_key, self.sample, self.record)
             return (id(self.scene), id(self.controller), id(self.initial), *rest)
 
 
@@ -336,6 +344,7 @@ def case_digest(case: CaseData) -> str:
         "accuracy": settings.method_settings.accuracy,
         "step": settings.grid.step,
         "sample": settings.grid.sample,
+        **({} if case.until is None else {"until": case.until}),
         **({} if case.record is None else {"record": list(case.record)}),
         **(
             {}

@@ -114,9 +114,11 @@ class NativeRun:
         self.recorded = record
         self.omitted = left_out(groups)
         self.parts = parts
+        self._plant = native_plant(scene)
         self.rollout = self._start(start, record)
         self.loop: Any = None
         self.case_settings: dict[str, Any] | None = None  # of the case, where it is one
+        self.standing_height: float | None = None  # of a run that goes on, where it began [m]
         self.good = True
         self.wall_time = 0.0
 
@@ -126,7 +128,7 @@ class NativeRun:
         points, settings = self.set_points, self.settings
         limit = np.asarray(self.scene.robot.velocity_limit, dtype=float)
         arguments: dict[str, Any] = dict(
-            plant=native_plant(self.scene),
+            plant=self._plant,
             time=points.time.tolist(),
             position=np.ascontiguousarray(points.q, dtype=float),
             rate=np.ascontiguousarray(points.v, dtype=float),
@@ -169,9 +171,21 @@ class NativeRun:
 
     def with_settings(self, settings: RunSettings) -> NativeRun:
         """Return a run of the same scene from the same start, with other settings."""
+        return self._again(settings, self.start, self.omitted)
+
+    def continued(
+        self, settings: RunSettings, start: Checkpoint, groups: Sequence[str] | None
+    ) -> NativeRun:
+        """Return a run of the same scene and set-points from another start; it records `groups`."""
+        return self._again(settings, start, left_out(groups))
+
+    def _again(
+        self, settings: RunSettings, start: Checkpoint, omitted: tuple[str, ...]
+    ) -> NativeRun:
         other = copy(self)
-        other.settings, other.wall_time = settings, 0.0
-        other.rollout = other._start(self.start, self.recorded)
+        other.settings, other.start, other.omitted = settings, start, omitted
+        other.wall_time, other.good = 0.0, True
+        other.rollout = other._start(start, self.recorded)
         return other
 
     @property

@@ -50,6 +50,7 @@ class RunState(Protocol):
     controller: dict[str, Any]
     case_settings: dict[str, Any] | None
     trunk_points: list[NativePoint]
+    standing_height: float | None
     rollout: Any
     wall_time: float
 
@@ -145,11 +146,13 @@ def contact_radii(scene: Scene) -> list[float]:
 
 
 def level_start(run: RunState) -> LevelStart | None:
-    """Return z of level ground and of the trunk's origin at the start of a run from rest [m]."""
-    ground = run.scene.terrain
-    if not isinstance(ground, Flat) or run.start.time > 0.0:
+    """Return z of level ground and of the trunk's origin where the motion began [m]."""
+    ground, height = run.scene.terrain, run.standing_height
+    if height is None and run.start.time == 0.0:
+        height = float(run.start.q[2]) - getattr(ground, "height", 0.0)
+    if not isinstance(ground, Flat) or height is None:
         return None
-    return LevelStart(ground=ground.height, trunk=float(run.start.q[2]))
+    return LevelStart(ground=ground.height, trunk=ground.height + height)
 
 
 def named_joint_kinds(robot: Robot) -> tuple[str, ...] | None:

@@ -1,0 +1,191 @@
+"""A periodic walk is run cycle by cycle until a cycle repeats; that cycle alone is reported.
+
+The walk begins in motion, in the posture of its plan. Cycles that only let the transients decay are
+run once, at the accuracy of one step; the next is run as any other case, with its error known, and
+must end as it began. What is left of the transients is part of its error: a walk that contracts to
+the share r per cycle is off by at most 1/(1 - r) times what it misses in one cycle.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hexapod_pin.control.check_controller import check_controller, settings_of
+from hexapod_pin.control.kinematic import KinematicControl
+from hexapod_pin.errors import DivergenceError, ParameterError
+from hexapod_pin.ground.terrain import Flat, Slope
+from hexapod_pin.results.checkpoint import Checkpoint
+from hexapod_pin.results.travelled_path import SUNK, TIPPED
+from hexapod_pin.robot.rotations import rotations
+from hexapod_pin.scene.loads import LostLeg, Push
+from hexapod_pin.simulation.accuracy_control import AccuracyControl, Runs, controlled_runs
+from hexapod_pin.simulation.case_data import run_to_dict
+from hexapod_pin.simulation.methods import DEFAULT_ACCURACY
+from hexapod_pin.simulation.native_run import NativeRun
+from hexapod_pin.simulation.plant import motion_at, standing_on
+from hexapod_pin.simulation.run_outcome import run_numbers
+from hexapod_pin.simulation.run_settings import RunSettings, check_work
+from hexapod_pin.simulation.transients import (
+    Change,
+    Transients,
+    height_over_ground,
+    vertical,
+)
+
+if TYPE_CHECKING:
+    from hexapod_pin.simulation.case_data import CaseData
+
+SETTLING_METHOD, LEAST_SETTLING_ACCURACY = "extrapolated-euler", 1e-6
+"""How cycles are run that only let transients decay, and how accurately at most [m and rad]."""
+
+SETTLING_GROUPS = ("torque", "contacts")
+"""Of samples: what a cycle's ends are compared in."""
+
+SETTLING_SHARES = (1.0, 0.1)
+"""Of the accuracy requested, in the first of them and in those that follow [-]: what one leaves in
+error is another transient."""
+
+MOST_CYCLES = 10
+"""Cycles after which none is expected to repeat [-]."""
+
+SETTLED_SHARE = 0.5
+"""Of the accuracy requested, that transients may take [-]; the run's own error has the rest."""
+
+
+def why_not_steady(case: CaseData) -> str | None:
+    """Return why the cycles of a case cannot repeat; None where they can.
+
+    Raises:
+        GaitError: the robot has no legs for the case's gait.
+    """
+    controller, scene = case.controller, case.scene
+    if not isinstance(controller, KinematicControl):
+        return "the controller is no KinematicControl"
+    if controller.stop_at is not None:
+        return "the walk stops"
+    if case.initial is not None:
+        return "the run begins in a given state"
+    if not isinstance(scene.terrain, Flat | Slope):
+        return f"the ground is no plane but {scene.terrain.kind!r}"
+    if any(isinstance(load, Push | LostLeg) for load in scene.loads):
+        return "a load does not always act"
+    level = isinstance(scene.terrain, Flat) and not any(scene.gravity[:2])
+    if controller.gait.turn_rate and not level:
+        return "the walk turns on inclined ground"
+    return None if controller.repeats(scene.robot) else "the trunk or the velocity is commanded"
+
+
+def steady_runs(case: CaseData, *, record: bool = True) -> Runs[AccuracyControl | None]:
+    """Yield the runs of a case until a cycle repeats.
+
+    Each is to be advanced to its end before the next is asked for. Returns the last cycle's runs;
+    None where the walk does not become periodic.
+
+    Args:
+        case: with `until`.
+        record: whether the samples that the case requests are recorded.
+
+    Raises:
+        ParameterError: the cycles cannot repeat, or are no whole number of samples and steps.
+        HexapodError: as `simulate`.
+    """
+    if (reason := why_not_steady(case)) is not None:
+        raise ParameterError("until", case.until, f"None where {reason}")
+    groups = case.record if record else ("torque",)
+    measured = _one_cycle(replace(case, record=groups))
+    run = _first_cycle(case, _settling(measured, 1))
+    standing = height_over_ground(run, run.start.q)
+    run.case_settings, run.standing_height = run_to_dict(case), standing
+    control = last = None
+    settled = False
+    for count in range(1, MOST_CYCLES + 1):
+        try:
+            control = yield from controlled_runs(run, control)
+        except DivergenceError:
+            return None
+        if control.run is None or _fallen(control.run, standing):
+            return None
+        now = Change.of(control.run), run_numbers(control.run)
+        if last is not None:
+            left = Transients.of(count, (last[0], now[0]), (last[1], now[1]))
+            share = left.share(measured.method_settings, _largest_torque(now[1]))
+            if settled:
+                control.transients = left
+                if share <= SETTLED_SHARE:
+                    return control
+            settled = settled or share * now[0].contraction(last[0]) <= SETTLED_SHARE
+        start, last = control.run.checkpoint(), now
+        run = (
+            run.continued(measured, start, groups)
+            if settled
+            else run.continued(_settling(measured, count + 1), start, SETTLING_GROUPS)
+        )
+    return None
+
+
+def _largest_torque(numbers: Mapping[str, Any]) -> float:
+    return float(np.abs(numbers["torque_peak"]).max(initial=0.0))
+
+
+def _one_cycle(case: CaseData) -> RunSettings:
+    """Return how a single cycle of a case is run.
+
+    Raises:
+        ParameterError: it is no whole number of samples and steps.
+    """
+    cycle = case.controller.gait.cycle_time  # type: ignore[union-attr]  # of a KinematicControl
+    try:
+        return replace(case, until=None, duration=cycle).settings
+    except ParameterError as error:
+        allowed = f"such that the gait's cycle of {cycle:g} s is a whole number of them"
+        name = "sample" if case.sample is not None else "step"
+        raise ParameterError(name, getattr(case, name), allowed, str(error)) from None
+
+
+def _settling(measured: RunSettings, count: int) -> RunSettings:
+    """Return how the first, second ... cycle is run, which only lets transients decay."""
+    accuracy = measured.method_settings.accuracy or DEFAULT_ACCURACY
+    accuracy *= SETTLING_SHARES[min(count, len(SETTLING_SHARES)) - 1]
+    accuracy = min(DEFAULT_ACCURACY, max(LEAST_SETTLING_ACCURACY, accuracy))
+    return RunSettings.of(
+        measured.duration, SETTLING_METHOD, accuracy, None, None, measured.duration,
+        estimate=False, limits=measured.limits,
+    )  # fmt: skip
+
+
+def _first_cycle(case: CaseData, settings: RunSettings) -> NativeRun:
+    """Return the run of the first cycle: it begins in the plan's posture, moving as planned."""
+    check_controller(case.controller)
+    scene, controller = case.scene, case.controller
+    assert isinstance(controller, KinematicControl)
+    begin = controller.path(scene.robot).steady_from
+    check_work(settings, scene, SETTLING_GROUPS)
+    plan = controller.plan(scene.robot, begin + MOST_CYCLES * settings.duration)
+    angle, rate = motion_at(plan, begin)
+    state = standing_on(scene, angle, plan.start_pose)
+    turned = rotations(state.q[None, 3:7])[0]
+    normal = np.asarray(scene.terrain.surface().normal)
+    ahead = np.array([*plan.travel_direction, 0.0])
+    ahead -= ahead @ normal * normal
+    speed = plan.speed * ahead / np.linalg.norm(ahead)
+    trunk = [turned.T @ speed, turned.T @ (controller.gait.turn_rate * normal)]
+    start = Checkpoint(begin, state.q, np.concatenate([*trunk, rate]), np.zeros((0, 6)))
+    return NativeRun(
+        scene, settings, start, plan, controller=settings_of(controller), groups=SETTLING_GROUPS
+    )
+
+
+def _fallen(run: NativeRun, standing: float) -> bool:
+    """Whether a robot has sunk or tipped over at the end of a run, or its trunk has touched."""
+    q = run.checkpoint().q
+    tipped = vertical(q) @ vertical(run.start.q) < math.cos(TIPPED)
+    return (
+        bool(tipped)
+        or height_over_ground(run, q) < SUNK * standing
+        or bool(run.rollout.trunk_touches())
+    )
