@@ -45,10 +45,12 @@ def run_and_report(
 
     require_room(least_sizes(case, trace_path, html_path))
     with progress_bar(title) as progress:
-        planning = progress.stage(f"planning {case.duration:g} s")
+        planning = progress.stage("planning the walk")
         trace, refusal = run_saving(lambda: run_case(case, progress, planning), trace_path)
     walk = walk_verdict(trace)
     echo(f"{walk.line}\n{run_summary(trace)}")
+    if case.until is not None:
+        echo(_steadiness(case, trace))
     for line in events_text(trace.events, trace.limits):
         echo(f"note: {line}")
     with written_files() as files:
@@ -66,6 +68,13 @@ def run_and_report(
     if not walk.walks:
         advice = f"{walk.advice[:1].upper()}{walk.advice[1:]}"
         fail(f"{walk.robot_name} does not walk: {walk.reason}. {advice}.", DOES_NOT_WALK)
+
+
+def length_of(case: Case) -> str:
+    """Return how long a case runs, in words."""
+    if case.until is not None:
+        return "until a cycle repeats"
+    return f"{case.settings.duration:g} s"
 
 
 def _stiffness_line(case: Case, trace: Trace, threads: int) -> str:
@@ -96,6 +105,18 @@ def _print_budget(trace: Trace) -> bool:
         echo(f"no torque table: {error}", err=True)
         return False
     return True
+
+
+def _steadiness(case: Case, trace: Trace) -> str:
+    """Return one line: how nearly the cycle reported repeats, or that none does."""
+    numerics = trace.run.numerics
+    if numerics.cycles_run is None:
+        return f"note: no cycle of this walk repeats; it was run for {case.duration:g} s"
+    return (
+        f"steady: cycle {numerics.cycles_run} after the start in motion repeats to "
+        f"{numerics.transients:.1e} m or rad and {numerics.torque_transients:.1e} N m, "
+        "which the errors include; a start from standing (--duration) is not in it"
+    )
 
 
 def run_summary(trace: Trace) -> str:

@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 
 
 LEAST_DURATION = 10.0
-"""Simulated time where none is given, at least [s]."""
+"""Simulated time where none is given and no cycle repeats, at least [s]."""
 
 WALKED_CYCLES = 4
 """Cycles that it holds at least: two to start and two steady ones."""
@@ -87,7 +87,10 @@ def walk(
     turn_rate: Annotated[float, typer.Option(help="Yaw rate, left > 0 [degrees/s].")] = 0.0,
     duration: Annotated[
         OptionalFloat,
-        typer.Option(help="Simulated time [s]; default 10, or four cycles where that is more."),
+        typer.Option(
+            help="Simulated time from standing [s]; default: until a cycle repeats, starting in "
+            "motion; where none does 10 s, or four cycles where that is more."
+        ),
     ] = None,
     contact: Annotated[
         str,
@@ -176,7 +179,7 @@ def walk(
 ) -> None:
     """Walk a robot; print its torque table; leave a trace and a playback."""
     announce(f"reading {robot}")
-    from hexapod_pin.commands.case_report import run_and_report
+    from hexapod_pin.commands.case_report import length_of, run_and_report
     from hexapod_pin.commands.output_files import PAGES, writable, writable_trace
     from hexapod_pin.control.feasible_gait import default_gait, fit_gait
     from hexapod_pin.control.kinematic import KinematicControl
@@ -187,6 +190,7 @@ def walk(
     from hexapod_pin.scene.scene import Scene
     from hexapod_pin.simulation.case import Case
     from hexapod_pin.simulation.run_settings import chosen_limits
+    from hexapod_pin.simulation.steady_walk import until_steady
 
     trace_path = writable_trace("--out", out)
     html_path = None if no_html else writable("--html", html, PAGES)
@@ -204,7 +208,8 @@ def walk(
         turn_rate=math.radians(turn_rate), **given(cycle_time=cycle_time, duty=duty, lift=lift),
     )  # fmt: skip
     chosen = fitted.gait
-    time = max(LEAST_DURATION, WALKED_CYCLES * chosen.cycle_time) if duration is None else duration
+    cycles = max(WALKED_CYCLES, math.ceil(LEAST_DURATION / chosen.cycle_time))
+    time = cycles * chosen.cycle_time if duration is None else duration
     if prescribed and not (kp is None and kd is None):
         raise ParameterError("--kp, --kd", kp or kd, "left out with --prescribed: no servo acts")
     servo = Servo.for_robot(loaded, kp=kp, kd=kd)
@@ -222,11 +227,18 @@ def walk(
         step=step, sample=sample, record=comma_list(record),
         limits=chosen_limits(None, force),
     )  # fmt: skip
+    if duration is None:
+        case = until_steady(case)
     if case_path is not None:
         echo(f"wrote {case.save(case_path)}")
-    title = f"walking {time:g} s"
     run_and_report(
-        case, title, trace_path, html_path, verdict=verdict, quick=quick, threads=threads
+        case,
+        f"walking {length_of(case)}",
+        trace_path,
+        html_path,
+        verdict=verdict,
+        quick=quick,
+        threads=threads,
     )
 
 
@@ -280,7 +292,7 @@ def run(
 ) -> None:
     """Run a case from its file; print its torque table; leave a trace and a playback."""
     announce(f"reading {case}")
-    from hexapod_pin.commands.case_report import run_and_report
+    from hexapod_pin.commands.case_report import length_of, run_and_report
     from hexapod_pin.commands.output_files import PAGES, writable, writable_trace
     from hexapod_pin.simulation.case import load_case
     from hexapod_pin.simulation.run_settings import chosen_limits
@@ -289,13 +301,17 @@ def run(
     html_path = None if no_html else writable("--html", html, PAGES)
     import_code(code)
     found = load_case(case).with_defaults(limits=chosen_limits(None, force))
-    settings = found.settings
     robot = found.scene.robot
     echo(
         f"{robot.name}: {robot.total_mass:.5g} kg. {robot.provenance}\n"
-        f"case {case}: {settings.duration:g} s, digest {found.digest}"
+        f"case {case}: {length_of(found)}, digest {found.digest}"
     )
-    title = f"running {settings.duration:g} s"
     run_and_report(
-        found, title, trace_path, html_path, verdict=verdict, quick=quick, threads=threads
+        found,
+        f"running {length_of(found)}",
+        trace_path,
+        html_path,
+        verdict=verdict,
+        quick=quick,
+        threads=threads,
     )

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hexapod_pin.control.arc_walk import ArcWalk
 from hexapod_pin.control.check_controller import check_controller, settings_of
 from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.errors import DivergenceError, ParameterError
@@ -24,12 +25,12 @@ from hexapod_pin.results.travelled_path import SUNK, TIPPED
 from hexapod_pin.robot.rotations import rotations
 from hexapod_pin.scene.loads import LostLeg, Push
 from hexapod_pin.simulation.accuracy_control import AccuracyControl, Runs, controlled_runs
-from hexapod_pin.simulation.case_data import run_to_dict
+from hexapod_pin.simulation.case_data import STEADY, Kind, run_to_dict
 from hexapod_pin.simulation.methods import DEFAULT_ACCURACY
 from hexapod_pin.simulation.native_run import NativeRun
 from hexapod_pin.simulation.plant import motion_at, standing_on
 from hexapod_pin.simulation.run_outcome import run_numbers
-from hexapod_pin.simulation.run_settings import RunSettings, check_work
+from hexapod_pin.simulation.run_settings import ADAPTIVE_SAMPLE, RunSettings, check_work
 from hexapod_pin.simulation.transients import (
     Change,
     Transients,
@@ -42,6 +43,9 @@ if TYPE_CHECKING:
 
 SETTLING_METHOD, LEAST_SETTLING_ACCURACY = "extrapolated-euler", 1e-6
 """How cycles are run that only let transients decay, and how accurately at most [m and rad]."""
+
+SUMMARY_SAMPLE = 0.02
+"""Time between samples where none is stored [s]: errors are looked at there, and at steps."""
 
 SETTLING_GROUPS = ("torque", "contacts")
 """Of samples: what a cycle's ends are compared in."""
@@ -64,8 +68,8 @@ def why_not_steady(case: CaseData) -> str | None:
         GaitError: the robot has no legs for the case's gait.
     """
     controller, scene = case.controller, case.scene
-    if not isinstance(controller, KinematicControl):
-        return "the controller is no KinematicControl"
+    if not isinstance(controller, KinematicControl | ArcWalk):
+        return "the controller is neither KinematicControl nor ArcWalk"
     if controller.stop_at is not None:
         return "the walk stops"
     if case.initial is not None:
@@ -77,7 +81,18 @@ def why_not_steady(case: CaseData) -> str | None:
     level = isinstance(scene.terrain, Flat) and not any(scene.gravity[:2])
     if controller.gait.turn_rate and not level:
         return "the walk turns on inclined ground"
-    return None if controller.repeats(scene.robot) else "the trunk or the velocity is commanded"
+    if isinstance(controller, ArcWalk) or controller.repeats(scene.robot):
+        return None
+    return "the trunk or the velocity is commanded"
+
+
+def until_steady(case: Kind) -> Kind:
+    """Return the case run until a cycle repeats, where one can; else as it is.
+
+    Raises:
+        GaitError: the robot has no legs for the case's gait.
+    """
+    return case if why_not_steady(case) is not None else replace(case, until=STEADY)
 
 
 def steady_runs(case: CaseData, *, record: bool = True) -> Runs[AccuracyControl | None]:
@@ -97,7 +112,9 @@ def steady_runs(case: CaseData, *, record: bool = True) -> Runs[AccuracyControl 
     if (reason := why_not_steady(case)) is not None:
         raise ParameterError("until", case.until, f"None where {reason}")
     groups = case.record if record else ("torque",)
-    measured = _one_cycle(replace(case, record=groups))
+    measured = _one_cycle(
+        replace(case, record=groups), ADAPTIVE_SAMPLE if record else SUMMARY_SAMPLE
+    )
     run = _first_cycle(case, _settling(measured, 1))
     standing = height_over_ground(run, run.start.q)
     run.case_settings, run.standing_height = run_to_dict(case), standing
@@ -132,15 +149,19 @@ def _largest_torque(numbers: Mapping[str, Any]) -> float:
     return float(np.abs(numbers["torque_peak"]).max(initial=0.0))
 
 
-def _one_cycle(case: CaseData) -> RunSettings:
-    """Return how a single cycle of a case is run.
+def _one_cycle(case: CaseData, sample: float) -> RunSettings:
+    """Return how one cycle of a case is run, sampled so often [s] where that is left open.
 
     Raises:
         ParameterError: it is no whole number of samples and steps.
     """
-    cycle = case.controller.gait.cycle_time  # type: ignore[union-attr]  # of a KinematicControl
+    cycle = case.controller.gait.cycle_time  # type: ignore[union-attr]  # of a walk
+    own = case.sample is None and case.settings.method_settings.method.adaptive
     try:
-        return replace(case, until=None, duration=cycle).settings
+        return replace(
+            case, until=None, duration=cycle,
+            sample=cycle / math.ceil(cycle / sample) if own else case.sample,
+        ).settings  # fmt: skip
     except ParameterError as error:
         allowed = f"such that the gait's cycle of {cycle:g} s is a whole number of them"
         name = "sample" if case.sample is not None else "step"
@@ -162,7 +183,7 @@ def _first_cycle(case: CaseData, settings: RunSettings) -> NativeRun:
     """Return the run of the first cycle: it begins in the plan's posture, moving as planned."""
     check_controller(case.controller)
     scene, controller = case.scene, case.controller
-    assert isinstance(controller, KinematicControl)
+    assert isinstance(controller, KinematicControl | ArcWalk)
     begin = controller.path(scene.robot).steady_from
     check_work(settings, scene, SETTLING_GROUPS)
     plan = controller.plan(scene.robot, begin + MOST_CYCLES * settings.duration)

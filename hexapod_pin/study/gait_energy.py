@@ -36,7 +36,7 @@ from hexapod_pin.study.grid_runs import (
 )
 from hexapod_pin.study.runs.measure import Measure
 from hexapod_pin.study.runs.runner import Runner, RunOptions, run_study
-from hexapod_pin.study.sweep.base_case import walk_times
+from hexapod_pin.study.sweep.base_case import walk_case, walk_times
 from hexapod_pin.study.torque_map import CHECKED_POINTS
 
 if TYPE_CHECKING:
@@ -80,7 +80,7 @@ def gait_energy(
     cycle_time: float | None = None,
     copper_loss: float | None = None,
     make_controller: Callable[[Gait], AnyController] = KinematicControl,
-    cycles: int = 1,
+    cycles: int | None = None,
     accuracy: float = DEFAULT_ACCURACY,
     check: int = CHECKED_POINTS,
     **how: Unpack[RunOptions],
@@ -103,7 +103,7 @@ def gait_energy(
             stall torque of its motor, which is R / (k N)^2 of a DC motor without other losses, or,
             without a motor, velocity limit over effort limit of the URDF (*assumed*).
         make_controller: makes the controller of a gait.
-        cycles: whole cycles after the start-up.
+        cycles: whole cycles after a start-up from standing; None: the first that repeats.
         accuracy: as in `simulate` [m and rad].
         check: points of each scene that are run again at a tenth of the accuracy: the stated error,
             and by it which gaits tie.
@@ -120,7 +120,7 @@ def gait_energy(
         >>> found = gait_energy(Scene(load_robot("kharagpur")), speeds=[0.05, 0.1])
         >>> print(found.table())
     """
-    check_counts(cycles, check)
+    check_counts(1 if cycles is None else cycles, check)
     named = _named(scenes)
     legs = [leg_group(scene.robot) for scene in named.values()]
     tables = study_gaits(len(legs[0].legs)) if gaits is None else dict(gaits)
@@ -135,11 +135,10 @@ def gait_energy(
         for k, speed in enumerate(axis):
             gait = _at_speed(table, float(speed), lift, stroke, cycle_time)
             control = make_controller(gait)
-            duration, sample = walk_times(gait.cycle_time, cycles)
+            duration, sample = walk_times(gait.cycle_time, cycles or 1)
             for s, scene in enumerate(named.values()):  # innermost: the plan is remembered
-                cases[s, g, k] = Case(
-                    scene, control, accuracy=accuracy, duration=duration, sample=sample
-                )
+                case = Case(scene, control, accuracy=accuracy, duration=duration, sample=sample)
+                cases[s, g, k] = walk_case(case, cycles)
     by_scene = [COSTS.with_settings(copper_loss=loss[name].tolist()) for name in named]
     found = {
         "scenes": tuple(named),
@@ -256,7 +255,7 @@ COSTS = Measure("hexapod_pin.study.gait_energy:COSTS", 1, "summary", dict, _numb
 
 def _record(
     scenes: Mapping[str, Scene], gaits: Mapping[str, Gait], copper_loss: float | None,
-    accuracy: float, cycles: int, stroke: float | None, cycle_time: float | None,
+    accuracy: float, cycles: int | None, stroke: float | None, cycle_time: float | None,
 ) -> GridRecord:  # fmt: skip
     """Return how the costs came about."""
     assumed = dict.fromkeys(text for scene in scenes.values() for text in scene.assumed)
@@ -277,7 +276,7 @@ def _record(
         rule="equal stroke" if equal_stroke else "equal cycle time",
         rule_value=(stroke or DEFAULT_STROKE) if equal_stroke else cycle_time,
         accuracy=accuracy,
-        cycles=cycles,
+        cycles=cycles or 1,
         assumed=tuple(assumed),
         versions=package_versions(),
     )

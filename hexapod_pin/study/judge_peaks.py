@@ -97,7 +97,8 @@ def _case_of(run: Case | Trace) -> tuple[Case, dict[str, Summary]]:
         raise ParameterError("run", type(run).__name__, "a Case or the Trace of one")
     case = load_case(run)
     done = float(run.time[-1] - run.time[0])
-    duration = case.settings.duration
+    steady = run.run.numerics.cycles_run is not None
+    duration = run.run.numerics.duration if steady else case.settings.duration
     if not math.isclose(done, duration, rel_tol=1e-6):
         hint = "It was interrupted or diverged: simulate a shorter case."
         raise ParameterError("trace", done, f"of a run that reached its {duration:g} s", hint)
@@ -183,10 +184,11 @@ def _finer(case: Case) -> Variant:
     """
     settings = case.settings
     choice, sample = settings.method_settings, settings.grid.sample
+    own = case.until is not None and case.sample is None  # one that divides the cycle
     title = "ten times the accuracy"
     if not choice.method.adaptive:
         step = choice.step / FINER
-        finer = replace(case, method=choice.method.name, step=step, sample=sample)
+        finer = replace(case, method=choice.method.name, step=step, sample=None if own else sample)
         text = f"step {choice.step / FINER:g} instead of {choice.step:g} s"
         return Recomputation(ACCURACY, title, text, RUN), finer
     tight = choice.resolved_accuracy / FINER
@@ -195,7 +197,8 @@ def _finer(case: Case) -> Variant:
         method = METHODS[TIGHT_METHOD]
     text = f"accuracy {tight:g} instead of {choice.accuracy:g} m and rad"
     text += f", {method.name} instead of {choice.method.name}" * (method is not choice.method)
-    change: dict[str, Any] = {"method": method.name, "accuracy": tight, "sample": sample / DENSER}
+    denser = None if own else sample / DENSER
+    change: dict[str, Any] = {"method": method.name, "accuracy": tight, "sample": denser}
     try:
         return Recomputation(ACCURACY, title, text, RUN), replace(case, **change)
     except ParameterError as error:

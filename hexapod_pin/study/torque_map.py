@@ -38,7 +38,7 @@ from hexapod_pin.study.grid_runs import (
 )
 from hexapod_pin.study.runs.measure import Measure
 from hexapod_pin.study.runs.runner import Runner, RunOptions, run_study
-from hexapod_pin.study.sweep.base_case import walk_times
+from hexapod_pin.study.sweep.base_case import walk_case, walk_times
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -71,14 +71,14 @@ def torque_map(
     gait: Gait | None = None,
     strokes: ArrayLike = STROKES,
     cycle_times: ArrayLike = CYCLE_TIMES,
-    cycles: int = 1,
+    cycles: int | None = None,
     accuracy: float = DEFAULT_ACCURACY,
     check: int = CHECKED_POINTS,
     **how: Unpack[RunOptions],
 ) -> TorqueMap:
     """Run a walk at every stroke and cycle time, and return its joint torques.
 
-    Each run lasts its start-up and then whole cycles, over which everything is taken. Peaks are
+    All is taken over the cycle that repeats, or over whole cycles after a start-up. Peaks are
     those of accepted steps; values by phase are computed from samples,
     960 of a cycle or more, at most 5 ms apart.
 
@@ -90,7 +90,7 @@ def torque_map(
             tetrapod with six legs.
         strokes: ascending [m].
         cycle_times: ascending [s].
-        cycles: whole cycles after the start-up.
+        cycles: whole cycles after a start-up from standing; None: the first that repeats.
         accuracy: as in `simulate` [m and rad].
         check: points that are run again at a tenth of the accuracy: the map's stated error.
         **how: store, threads, workers, progress: see `RunOptions`.
@@ -105,7 +105,7 @@ def torque_map(
         >>> found = torque_map(scene, "arc", strokes=[0.1, 0.14], cycle_times=[1.2, 2.4])
         >>> found.of_kind("torque_peak", "femur")
     """
-    check_counts(cycles, check)
+    check_counts(1 if cycles is None else cycles, check)
     axes = (grid_axis("strokes", strokes), grid_axis("cycle_times", cycle_times))
     make = _maker(scene.robot, walk, gait)
     controllers = {
@@ -115,11 +115,13 @@ def torque_map(
     }
     cases: dict[Place, Case | Exception] = {}
     for place, control in controllers.items():
-        duration, sample = walk_times(float(axes[1][place[1]]), cycles, PHASE_SAMPLES)
+        duration, sample = walk_times(float(axes[1][place[1]]), cycles or 1, PHASE_SAMPLES)
         cases[place] = (
             control
             if isinstance(control, Exception)
-            else Case(scene, control, accuracy=accuracy, duration=duration, sample=sample)
+            else walk_case(
+                Case(scene, control, accuracy=accuracy, duration=duration, sample=sample), cycles
+            )
         )
     record = _record(scene, walk, controllers, accuracy, cycles)
     return run_study(mapped, scene, axes, cases, check, record, **how)
@@ -257,7 +259,7 @@ def _record(scene: Scene, walk: Any, controllers: Any, accuracy: float, cycles: 
         scene=scene.to_toml(),
         controller="" if first is None else tomli_w.dumps(first.to_dict()),
         accuracy=accuracy,
-        cycles=cycles,
+        cycles=cycles or 1,
         assumed=scene.assumed,
         versions=package_versions(),
     )

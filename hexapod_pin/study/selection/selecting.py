@@ -338,7 +338,7 @@ def required_walks(tables: Mapping[str, Any], folder: Path) -> dict[str, Case]:
     import tomli_w
 
     base = tables.get("base", {})
-    if isinstance(base, Mapping) and "case" not in base:
+    if isinstance(base, Mapping) and "case" not in base and "duration" in base:
         tables = {**tables, "base": {"sample": SAMPLE, **base}}
     vary = tables.get("vary", [])
     grid = [x for x in vary if not (isinstance(x, Mapping) and "distribution" in x)]

@@ -32,6 +32,7 @@ from hexapod_pin.scene.scene import Scene
 from hexapod_pin.simulation.case import Case, load_case
 from hexapod_pin.simulation.case_data import case_from_dict
 from hexapod_pin.simulation.methods import METHODS
+from hexapod_pin.simulation.steady_walk import until_steady
 from hexapod_pin.spec import Spec
 from hexapod_pin.study.sweep.fields import (
     Number,
@@ -71,12 +72,13 @@ class BaseWalk(Spec):
         motor: name in the catalogue; None: torques without a limit in speed.
         voltage: of the supply [V]; None: that of the catalogue's record.
         catalog: path of a catalogue of your own; None: the package's.
-        duration: simulated time [s]; None: 5, or four cycles where that is more.
+        duration: simulated time [s]; None: until a cycle repeats; of a walk none of whose cycles
+            can, 5, or four cycles where that is more.
         accuracy: as of `simulate` [m and rad].
         method: as of `simulate`.
         step: as of `simulate` [s].
-        sample: as of `simulate` [s]; None: 5 ms where steps adapt. They end at samples, of which a
-            summary stores none, so a shorter one costs more and is not more accurate.
+        sample: as of `simulate` [s]; None: 5 ms where steps adapt and a duration is given. They end
+            at samples, of which a summary stores none, so a shorter one costs more.
         record: as of `simulate`.
     """
 
@@ -181,11 +183,13 @@ def _walk(base: BaseWalk, folder: Path, name: str | None) -> Case:
         prescribed=base.prescribed,
     )
     settings = {key: getattr(base, key) for key in SETTINGS}
-    if settings["duration"] is None:
+    control = KinematicControl(gait)
+    if base.duration is None:
         settings["duration"] = max(LEAST_DURATION, WALKED_CYCLES * gait.cycle_time)
-    if settings["sample"] is None and _adapts(base):
+        return until_steady(Case(scene, control, **settings))
+    if base.sample is None and _adapts(base):
         settings["sample"] = LONGEST_SAMPLE
-    return Case(scene, KinematicControl(gait), **settings)
+    return Case(scene, control, **settings)
 
 
 def _adapts(base: BaseWalk) -> bool:
@@ -368,3 +372,8 @@ def walk_times(cycle_time: float, cycles: int, least: int = 1) -> tuple[float, f
     count = SAMPLES_PER_CYCLE * math.ceil(wanted / SAMPLES_PER_CYCLE)
     sample = cycle_time / count
     return (TRANSIENT_CYCLES + cycles) * count * sample, sample
+
+
+def walk_case(case: Case, cycles: int | None) -> Case:
+    """Return a case of `walk_times`; without a number of cycles, one until a cycle repeats."""
+    return until_steady(case) if cycles is None else case

@@ -16,6 +16,7 @@ from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.simulation.case_data import case_to_dict
+from hexapod_pin.simulation.steady_walk import until_steady
 from hexapod_pin.study.sweep.base_case import base_case, kept_fields
 from hexapod_pin.study.sweep.case_parts import CaseParts
 from hexapod_pin.study.sweep.design import INDICES
@@ -166,7 +167,8 @@ class SweepStudy:
         run = parts.pop("run", {})
         controller = parts.pop("controller", self.base.controller)
         scene = replace(self.base.scene, **parts) if parts else self.base.scene
-        return replace(self.base, scene=scene, controller=controller, **run)
+        changed = replace(self.base, scene=scene, controller=controller, **run, until=None)
+        return changed if self.base.until is None else until_steady(changed)
 
     @cached_property
     def digest(self) -> str:
