@@ -39,7 +39,11 @@ def test_costs_are_those_of_each_walk(found: hp.study.GaitEnergy) -> None:
     duration, sample = walk_times(gait.cycle_time, 1)
     for scene, gamma in (("s2", 1.0), ("motors", 1.25)):
         trace = hp.simulate(
-            SCENES[scene], hp.KinematicControl(gait), duration=duration, sample=sample
+            SCENES[scene],
+            hp.KinematicControl(gait),
+            duration=duration,
+            sample=sample,
+            until="steady",
         )
         budget = hp.torque_budget(trace)
         assert found.of("cost_of_transport", scene)[0, 1] == budget.cost_of_transport

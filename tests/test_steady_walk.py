@@ -129,7 +129,10 @@ def test_a_walk_that_does_not_repeat_is_run_as_usual(monkeypatch: pytest.MonkeyP
         ({"control": hp.KinematicControl(TRIPOD, stop_at=6.0)}, "the walk stops"),
         ({"initial": ROBOT.stand()}, "a given state"),
         ({"terrain": hp.Stairs(rise=0.02, run=0.3, count=3, start=1.0)}, "no plane"),
-        ({"loads": [hp.Push("base_link", force=(0, 5, 0), start=1.0, duration=2.0)]}, "does not always act"),
+        (
+            {"loads": [hp.Push("base_link", force=(0, 5, 0), start=1.0, duration=2.0)]},
+            "does not always act",
+        ),
         (
             {
                 "terrain": hp.Slope(angle=0.1),

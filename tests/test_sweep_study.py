@@ -297,13 +297,18 @@ def test_digests_of_cases_are_those_of_their_data() -> None:
 
 
 def test_samples_are_sparse_where_only_a_summary_is_kept():
-    """5 ms where steps adapt; a fixed step keeps its own samples, and what is given stays."""
+    """5 ms where steps adapt; a fixed step keeps its own samples, and what is given stays.
+
+    Without a duration, cycles are sampled: what does not divide them is left open.
+    """
     text = (
         'schema = 1\n[base]\nrobot = "kharagpur"\n{}\n[[vary]]\ninput = "payload"\nvalues = [0.1]'
     )
     for given, sample in {"": 5e-3, 'method = "ndf"': 5e-3, "sample = 1e-3": 1e-3}.items():
-        assert SweepStudy.from_toml(text.format(given)).base.sample == sample
-    for given in ("step = 1e-3", 'method = "rk4"\nstep = 1e-4'):
+        base = SweepStudy.from_toml(text.format(f"duration = 5.0\n{given}")).base
+        assert base.sample == sample and base.until is None
+    assert SweepStudy.from_toml(text.format("")).base.until == "steady"
+    for given in ("", "step = 1e-3", 'method = "rk4"\nstep = 1e-4'):
         assert SweepStudy.from_toml(text.format(given)).base.sample is None
 
 

@@ -96,6 +96,9 @@ LEG_COUNTS = (4, 5, 6, 7, 8)
 
 Phase = Annotated[float, Field(ge=0.0, lt=1.0)]
 
+LONGEST_CYCLE = 1e4
+"""Longest cycle of a gait [s]."""
+
 
 class Gait(Spec):
     """A periodic gait with its stroke, timing and direction.
@@ -125,7 +128,7 @@ class Gait(Spec):
     phases: Annotated[tuple[Phase, ...], Field(min_length=4, max_length=8)]
     duty: float = Field(gt=0.0, lt=1.0)
     stroke: float = Field(default=0.14, ge=0.0)
-    cycle_time: float = Field(default=2.4, ge=1e-3, le=1e4)
+    cycle_time: float = Field(default=2.4, ge=1e-3, le=LONGEST_CYCLE)
     lift: float = Field(default=0.02, ge=0.0)
     heading: float = 0.0
     turn_rate: float = 0.0

@@ -23,7 +23,7 @@ from hexapod_pin.control.feasibility import (
     checked_times,
     violation,
 )
-from hexapod_pin.control.gait import Gait
+from hexapod_pin.control.gait import LONGEST_CYCLE, Gait
 from hexapod_pin.control.leg_group import LegGroup, leg_group
 from hexapod_pin.errors import GaitError, ReachError
 from hexapod_pin.immutable import Immutable
@@ -167,6 +167,8 @@ def shortest_working_cycle(works: Callable[[float], bool], cycle_time: float) ->
     """Return the shortest cycle time that works, above one that does not [s]; None if not found."""
     for _ in range(MAX_CYCLE_DOUBLINGS):
         cycle_time *= 2.0
+        if cycle_time > LONGEST_CYCLE:
+            return None
         if works(cycle_time):
             return bisect(works, good=cycle_time, bad=0.5 * cycle_time)
     return None

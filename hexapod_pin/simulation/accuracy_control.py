@@ -86,7 +86,7 @@ class AccuracyControl:
         """
         self.settings = settings
         self.transients: Transients | None = None
-        self._work = (0, 0, 0.0) if before is None else before.work
+        self._work = (0, 0.0) if before is None else before.work
         self.comparisons: list[Comparison] = []
         self._ended: list[_Ended] = []  # the two finest
         self._difference: ErrorEstimate | None = None  # of them
@@ -174,12 +174,10 @@ class AccuracyControl:
         return self._ended[-1].run if self._ended else None
 
     @property
-    def work(self) -> tuple[int, int, float]:
-        """Runs, evaluations and wall time [s] so far, those before included."""
-        runs, evaluations, wall_time = self._work
-        return (
-            runs + self._runs, evaluations + self._evaluations, wall_time + self._wall_time
-        )  # fmt: skip
+    def work(self) -> tuple[int, float]:
+        """Evaluations and wall time [s] so far, those before included."""
+        evaluations, wall_time = self._work
+        return evaluations + self._evaluations, wall_time + self._wall_time
 
     @property
     def _chosen(self) -> _Ended:
@@ -223,15 +221,14 @@ class AccuracyControl:
 
     @property
     def _counters(self) -> dict[str, int]:
-        runs, evaluations, _ = self.work
-        return {"runs": runs, "evaluations_of_all_runs": evaluations}
+        return {"runs": self._runs, "evaluations_of_all_runs": self.work[0]}
 
     @property
     def _numerics(self) -> dict[str, Any]:
         """What trace and summary report of the error: more `Numerics`, and the wall time."""
         error, left = self._error, self.transients
         return {
-            "wall_time": self.work[2],
+            "wall_time": self.work[1],
             "tolerance": self._chosen.run.settings.method_settings.tolerance,
             "accuracy_kept": self._kept,
             "error_estimate": None if error is None else float(error.position.max()),

@@ -118,7 +118,7 @@ class Transients:
 
     cycles: int
     left: Change
-    numbers: Mapping[str, Any]
+    numbers: Mapping[str, Array]
 
     @classmethod
     def of(

@@ -23,6 +23,11 @@ class CarriedError {
     error_.head(states) += local.head(states);
   }
 
+  // What it changes a contact's force by, at most, N: as the laws at the end of the last step have it.
+  double largest_force_change(const ChartFlow<PlantT>& flow) {
+    return block_.largest_force_change(flow.xi(error_), flow.v(error_), flow.z(error_));
+  }
+
   // The chart's origin moves to y.
   void move_chart(ChartFlow<PlantT>& flow, const VectorXd& y) {
     chart_.capture(flow.xi(y).template segment<3>(3));

@@ -6,6 +6,7 @@
 // that follow a given motion have no entries.
 #pragma once
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -76,9 +77,7 @@ class StiffBlock {
   // b becomes x; bristles z may be empty.
   template <class Xi, class V, class Z>
   void solve(Xi xi, V v, Z z) {
-    shift_ = xi;
-    shift_.template head<3>() = chart_.linear.transpose() * xi.template head<3>();
-    shift_.template segment<3>(3) = chart_.angular_inverse * xi.template segment<3>(3);
+    turn_into_body(xi);
     right_.noalias() = mass_.template selfadjointView<Eigen::Upper>() * v;
     right_.tail(stiffness_.size()) -= s_ * stiffness_.cwiseProduct(shift_.tail(stiffness_.size()));
     for (std::size_t i = 0; i < contacts_.size(); ++i)
@@ -93,6 +92,22 @@ class StiffBlock {
     xi.template head<3>() = chart_.linear * shift_.template head<3>();
     xi.template segment<3>(3) = chart_.angular * shift_.template segment<3>(3);
     for (std::size_t i = 0; i < std::size_t(z.size()) / 3; ++i) solve_bristle(i, z);
+  }
+
+  // Largest change of a contact's force, as the frozen laws give it, N, where the state is displaced so. After
+  // `factor`.
+  template <class Xi, class V, class Z>
+  double largest_force_change(const Xi& xi, const V& v, const Z& z) {
+    turn_into_body(xi);
+    right_ = v;
+    double most = 0.0;
+    for (std::size_t i = 0; i < contacts_.size(); ++i) {
+      if (!contacts_[i].has_force) continue;
+      Vec3 f = response(i).second;
+      if (z.size() > 0) f += contacts_[i].by_stretch * z.template segment<3>(3 * i);
+      most = std::max(most, f.norm());
+    }
+    return most;
   }
 
   // Adds the powers at the end of the correction last solved for: state and forces as evaluated, the
@@ -141,6 +156,14 @@ class StiffBlock {
     f -= response(i).second;
     if (dz.size() > 0) f -= c.by_stretch * dz.template segment<3>(3 * i);
     return f;
+  }
+
+  // The displacement of the chart in the frame of the body.
+  template <class Xi>
+  void turn_into_body(const Xi& xi) {
+    shift_ = xi;
+    shift_.template head<3>() = chart_.linear.transpose() * xi.template head<3>();
+    shift_.template segment<3>(3) = chart_.angular_inverse * xi.template segment<3>(3);
   }
 
   struct FrozenContact {

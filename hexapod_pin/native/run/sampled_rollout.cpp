@@ -92,7 +92,7 @@ template <class PlantT>
 void SampledRollout<PlantT>::record_start(const Checkpoint& start) {
   if (estimates_) {
     displaced_step(time_, q_, v_);
-    displaced_sample(time_, q_, v_);
+    displaced_sample(time_, q_, v_, 0.0);
   }
   see(time_, q_, v_);
   record(0.0);
@@ -146,14 +146,14 @@ void SampledRollout<PlantT>::displaced_step(double t, const VectorXd& q, const V
 }
 
 template <class PlantT>
-void SampledRollout<PlantT>::displaced_sample(double t, const VectorXd& q, const VectorXd& v) {
+void SampledRollout<PlantT>::displaced_sample(double t, const VectorXd& q, const VectorXd& v,
+                                              double force_error) {
   if (!record_) return;
   torque_time_ = kNever;
   find_torque(t, q, v);
-  displaced_q_ = q;
+  displaced_q_ = q, force_error_ = force_error;
   displaced_torque_ = torque_;
   torque_time_ = kNever;
-  if (keeps_forces_) find_forces(displaced_force_);
 }
 
 template <class PlantT>
@@ -237,25 +237,14 @@ inline void SampledRollout<PlantT>::summarise(RunSummary& summary, double t, con
 }
 
 template <class PlantT>
-inline void SampledRollout<PlantT>::find_forces(RowMatrix& out) const {
-  out.setZero(Eigen::Index(plant_.mounts.size()), 3);
-  for (std::size_t i = 0; i < plant_.feet.size(); ++i)
-    out.row(Eigen::Index(plant_.foot_of(i))) += plant_.law_force(plant_.feet[i]).transpose();
-}
-
-template <class PlantT>
-inline SampleError SampledRollout<PlantT>::sample_error() {
+inline SampleError SampledRollout<PlantT>::sample_error() const {
   using Attitude = Eigen::Map<const Eigen::Quaterniond>;
   const auto largest = [](const VectorXd& x) { return x.size() > 0 ? x.cwiseAbs().maxCoeff() : 0.0; };
   const Vec3 turn = (Attitude(q_.data() + 3).conjugate() * Attitude(displaced_q_.data() + 3)).vec();
-  double force = 0.0;
-  if (keeps_forces_ && displaced_force_.rows() > 0) {
-    find_forces(force_);
-    force = (force_ - displaced_force_).rowwise().norm().maxCoeff();
-  }
   SampleError error;
   error << (q_ - displaced_q_).template head<3>().norm(), 2.0 * turn.norm(),
-      largest((q_ - displaced_q_).tail(plant_.joints())), largest(torque_ - displaced_torque_), force;
+      largest((q_ - displaced_q_).tail(plant_.joints())), largest(torque_ - displaced_torque_),
+      force_error_;
   return error;
 }
 

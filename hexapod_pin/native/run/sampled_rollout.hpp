@@ -67,7 +67,7 @@ class SampledRollout : public Rollout, protected StepObserver {
   bool accepted(double t, const VectorXd& q, const VectorXd& v) override;
 
   bool looks_at_error() const override { return estimates_; }
-  bool looks_at_forces() const override { return keeps_forces_; }
+  bool looks_at_forces() const override { return record_ && keeps_forces_; }
 
   // Every second state, and where a cycle ends; the others are summarised as they are: so the summaries
   // differ by what lies between states, too.
@@ -75,7 +75,7 @@ class SampledRollout : public Rollout, protected StepObserver {
 
   void displaced_step(double t, const VectorXd& q, const VectorXd& v) override;
 
-  void displaced_sample(double t, const VectorXd& q, const VectorXd& v) override;
+  void displaced_sample(double t, const VectorXd& q, const VectorXd& v, double force_error) override;
 
   Checkpoint checkpoint_now(std::vector<double> controller) const;
 
@@ -108,11 +108,8 @@ class SampledRollout : public Rollout, protected StepObserver {
 
   void summarise(RunSummary& summary, double t, const VectorXd& q, const VectorXd& v);
 
-  // Forces on the mounts by the laws at the state evaluated, N.
-  void find_forces(RowMatrix& out) const;
-
-  // What the displaced sample differs by from the state evaluated and its torques.
-  SampleError sample_error();
+  // What the displaced sample differs by from the run's state, its torques and its forces.
+  SampleError sample_error() const;
 
   // Records the state, the plant evaluated there, at the end of a sampling interval [s].
   void record(double interval);
@@ -133,8 +130,8 @@ class SampledRollout : public Rollout, protected StepObserver {
   static constexpr double kNever = -1.0;  // s
   double torque_time_ = kNever;           // of torque_, in the run's own state, s
   VectorXd torque_, acceleration_;
-  VectorXd displaced_q_, displaced_torque_;  // of the sample that is recorded next
-  RowMatrix displaced_force_, force_;        // N, a row per mount
+  double force_error_ = 0.0;  // of the sample that is recorded next, N
+  VectorXd displaced_q_, displaced_torque_;  // of the same
 };
 
 }  // namespace hexapod

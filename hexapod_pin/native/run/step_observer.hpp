@@ -14,11 +14,12 @@ class StepObserver {
   // Whether states that are displaced by the run's error are looked at.
   virtual bool looks_at_error() const { return false; }
   virtual bool looks_at_step(double /*t*/) { return false; }  // that ends at t; not at all of them
-  virtual bool looks_at_forces() const { return false; }  // of samples: the plant must be evaluated there
+  virtual bool looks_at_forces() const { return false; }  // of samples
   // (q, v) is the state at t displaced by the run's error: the end of a step that is accepted next, where the
-  // plant is evaluated, or a sample that is recorded next.
+  // plant is evaluated, or a sample that is recorded next, where it is not.
   virtual void displaced_step(double /*t*/, const VectorXd& /*q*/, const VectorXd& /*v*/) {}
-  virtual void displaced_sample(double /*t*/, const VectorXd& /*q*/, const VectorXd& /*v*/) {}
+  virtual void displaced_sample(double /*t*/, const VectorXd& /*q*/, const VectorXd& /*v*/,
+                                double /*error of contact forces, N*/) {}
 };
 
 }  // namespace hexapod
