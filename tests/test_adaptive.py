@@ -43,6 +43,82 @@ def test_looser_never_costs_more(kind: str) -> None:
             assert looser <= 1.2 * tighter
 
 
+def test_samples_do_not_change_a_single_run() -> None:
+    """Steps pass over samples, which are interpolated: the same bits, works and impulses.
+
+    Sums of ten samples' impulses are rounded: they are of up to 0.4 N s.
+    """
+    fine, coarse = (
+        hc40("mid", method="extrapolated-euler", accuracy=1e-5, estimate=False, sample=sample)
+        for sample in (1e-3, 1e-2)
+    )
+    assert fine.counters["steps"] == coarse.counters["steps"]
+    assert np.array_equal(fine.q[::10], coarse.q) and np.array_equal(fine.v[::10], coarse.v)
+    assert np.array_equal(fine.foot_force[::10], coarse.foot_force)
+    for name, energy in coarse.energy.items():
+        np.testing.assert_allclose(fine.energy[name][::10], energy, rtol=0.0, atol=1e-13)
+    parts = fine.foot_impulse[1:].reshape(25, 10, 6, 3).sum(axis=1)
+    np.testing.assert_allclose(parts, coarse.foot_impulse[1:], rtol=0.0, atol=1e-14)
+
+
+def swinging_link(accuracy: float) -> hp.Trace:
+    """A link of 2e-3 kg m^2 on a servo of 2 N m/rad and 0.01 N m s, in empty space; 1 ms."""
+    robot = vehicles.heavy_leg(upper=1.0)
+    servo = hp.Servo(kp=2.0, kd=0.01, limited=False)
+    scene = hp.Scene(robot, servo=servo, stops=vehicles.FREE, gravity=(0.0, 0.0, 0.0))
+    q = robot.stand().q.copy()
+    q[2], q[-1] = q[2] + 10.0, 0.3
+    start = robot.check_state(q, np.zeros(robot.model.nv))
+    return hp.simulate(
+        scene, hp.HoldPosture(np.zeros(3)), duration=0.5, sample=1e-3, initial=start,
+        method="extrapolated-euler", accuracy=accuracy, estimate=False,
+    )  # fmt: skip
+
+
+def test_samples_between_steps_have_the_order_of_the_method() -> None:
+    """A damped oscillation, whose exact solution is known, at samples shorter than the steps.
+
+    The largest error of a sample is at most 1.5 times the accuracy, and falls with the third power
+    of the step. That of velocities is the same times the frequency, 32 1/s.
+    """
+    decay, frequency = 2.5, np.sqrt(1000.0 - 2.5**2)
+    errors, steps = [], []
+    for accuracy in (1e-5, 1e-6):
+        run = swinging_link(accuracy)
+        t, damped = run.time, 0.3 * np.exp(-decay * run.time)
+        sine, cosine = np.sin(frequency * t), np.cos(frequency * t)
+        angle = damped * (cosine + decay / frequency * sine)
+        rate = -damped * 1000.0 / frequency * sine
+        errors.append(np.abs(run.q[:, -1] - angle).max())
+        assert errors[-1] < 1.5 * accuracy
+        assert np.abs(run.v[:, -1] - rate).max() < 1.5 * 32.0 * accuracy
+        assert np.abs(run.energy_residual).max() < accuracy  # of 0.09 J
+        steps.append(run.counters["steps"])
+    assert steps[0] < 300  # of 500 samples
+    order = np.log(errors[0] / errors[1]) / np.log(steps[1] / steps[0])
+    assert order == pytest.approx(3.0, abs=0.3)
+
+
+@pytest.mark.parametrize("preset", ["accurate", "s1", "s2"])
+def test_samples_between_steps_agree_with_steps_that_end_there(preset: str) -> None:
+    """A walk through touch-downs and slips on each law, bristles included, at 1e-5.
+
+    The steps of runs whose error is kept end at samples. Servos make a torque of an error of the
+    accuracy, and of a velocity that is off by as much in 0.03 s, by which errors of it are weighed;
+    works are off by no more than the accuracy at the weight of the robot, 21 N.
+    """
+    scene = hp.Scene(hp.load_robot("kharagpur"), contact=hp.Contact.preset(preset))
+    control = hp.KinematicControl(hp.Gait.tripod(stroke=0.06, cycle_time=0.4))
+    settings = dict(method="extrapolated-euler", duration=0.6, sample=2e-3)
+    dense = hp.simulate(scene, control, accuracy=1e-5, estimate=False, **settings)
+    ended = hp.simulate(scene, control, accuracy=1e-6, **settings)
+    assert dense.counters["steps"] < ended.counters["steps"]
+    assert np.abs(dense.q - ended.q).max() < 1e-5
+    servo = scene.servos
+    assert np.abs(dense.torque - ended.torque).max() < 1e-5 * (servo.kp + servo.kd / 0.03)
+    assert np.abs(dense.energy_residual).max() < 1e-5 * 21.0
+
+
 def test_touch_downs_are_ends_of_steps() -> None:
     """HC40 mid: six feet land one after the other; each landing is located."""
     assert hc40("mid", accuracy=1e-4).counters["events"] >= 6

@@ -164,6 +164,7 @@ def walk() -> hp.KinematicControl:
 
 
 def test_run_goes_on_from_its_checkpoint(robot: hp.Robot) -> None:
+    """To the same bits, or within the accuracy where the whole run steps over the cut."""
     scene = hp.Scene(robot, prescribed=True)
     single = {"accuracy": 1e-5, "estimate": False}  # both halves at one resolution
     for settings in (single, {"method": "robust", "step": 5e-4}):
@@ -172,7 +173,8 @@ def test_run_goes_on_from_its_checkpoint(robot: hp.Robot) -> None:
         rest = hp.simulate(
             scene, walk(), duration=0.2, sample=0.01, initial=first.checkpoint, **settings
         )
-        assert np.array_equal(rest.q, whole.q[20:])
+        apart = np.abs(rest.q - whole.q[20:]).max()
+        assert apart < 1e-5 if settings is single else apart == 0.0
 
 
 def test_batch_and_case_text_give_the_same_bits(robot: hp.Robot) -> None:

@@ -39,7 +39,8 @@ SENSITIVE_LEVELS = {"extrapolated-euler": 4, "ndf": 0, "dop853": 4}
 """The same for a `sensitive` scene: down to a hundredth of the tolerance."""
 
 ORDER = {"extrapolated-euler": 3}
-"""Of methods whose steps end at samples: there the error follows the steps, not the tolerance."""
+"""Of methods whose steps end at samples where runs are compared: there the error follows the steps,
+not the tolerance."""
 
 DEFAULT_STEP = 1e-3
 """[s]"""

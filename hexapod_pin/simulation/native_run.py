@@ -144,6 +144,7 @@ class NativeRun:
             sample=settings.grid.sample,
             tolerance=settings.method_settings.tolerance,
             refinement=settings.method_settings.tolerance_ratio,
+            dense=settings.method_settings.refinement is None,  # a run that is not compared
             record=record,
             rate_limit=np.where(limit > 0.0, limit, np.inf),
             trunk=[(place, radius) for _, place, radius, _ in self.trunk_points],

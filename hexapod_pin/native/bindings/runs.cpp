@@ -80,7 +80,7 @@ std::unique_ptr<Rollout> start(const PlantSettings& s, const std::vector<double>
                                const Vec3& window, const VectorXd& torque_limit,
                                const KnotRows& acceleration, const std::vector<std::string>& omitted,
                                double refinement, double evaluations, double smallest_step, double wall_time,
-                               bool estimates, double end) {
+                               bool estimates, double end, bool dense) {
   check_start(s, from);
   const auto columns = Eigen::Index(s.dynamics.tree().nv - 6);
   if (position.cols() != columns) throw std::invalid_argument("one set-point per joint needed");
@@ -88,7 +88,7 @@ std::unique_ptr<Rollout> start(const PlantSettings& s, const std::vector<double>
     if (limit->size() != 0 && limit->size() != columns)
       throw std::invalid_argument("one limit per joint needed");
   RunSetup setup{s, make_reference(time, position, rate, kind, acceleration), from, step, stride, sample, end,
-                 {tolerance, refinement, sample}, record, estimates, rate_limit, {window[0], window[1], window[2]}, torque_limit, {}, omitted,
+                 {tolerance, refinement, sample, dense}, record, estimates, rate_limit, {window[0], window[1], window[2]}, torque_limit, {}, omitted,
                  {evaluations, smallest_step, wall_time}};
   if (estimates && method != "ndf") throw std::invalid_argument("only ndf carries its error along");
   for (const auto& [offset, radius] : trunk) setup.trunk.push_back({offset, radius});
@@ -340,7 +340,7 @@ void bind_runs(nb::module_& m) {
         "omitted"_a = std::vector<std::string>(), "refinement"_a = 1.0,
         "evaluations"_a = std::numeric_limits<double>::infinity(), "smallest_step"_a = 0.0,
         "wall_time"_a = std::numeric_limits<double>::infinity(), "estimates"_a = false,
-        "end"_a = std::numeric_limits<double>::infinity());
+        "end"_a = std::numeric_limits<double>::infinity(), "dense"_a = false);
   m.def("set_points_at", &set_points_at, "time"_a, "position"_a, "rate"_a, "kind"_a, "acceleration"_a,
         "at"_a, "Angles, rates and accelerations of set-points at one time, (3, joints).");
   bind_several(m);

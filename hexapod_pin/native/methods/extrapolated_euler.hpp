@@ -1,6 +1,9 @@
 // Extrapolated linearly implicit Euler: 1, 2 and 3 linear steps across the same interval, combined by
 // Aitken and Neville to order 3; the difference of the two best is the error. Being made of linearly
-// implicit steps it keeps its order with an approximate Jacobian.
+// implicit steps it keeps its order with an approximate Jacobian. Between its ends a step is a cubic, whose
+// slopes there are differences of the rows' substeps, extrapolated as the rows' ends are (Hairer & Ostermann,
+// Dense output for extrapolation methods, 1990; Hairer & Wanner II, IV.9). The right-hand side at the ends
+// would not do: stiff contacts amplify the errors of a state by some hundred times in it.
 #pragma once
 
 #include <algorithm>
@@ -21,6 +24,7 @@ class ExtrapolatedEuler {
   static constexpr double kLeastVelocityWeight = 0.03;  // s, of velocity errors
   static constexpr double kHardVelocityWeight = 0.1;  // s, where a joint is at its torque limit or slides
   static constexpr bool kWeightFollowsFriction = true;
+  static constexpr bool kDense = true;  // states within a step are known
 
   // Share of the accuracy that one step may lose. Errors accumulate to about twice the largest of them;
   // from 1e-4 m on the velocity weight of the friction law, not the accuracy, sets most steps.
@@ -44,6 +48,7 @@ class ExtrapolatedEuler {
   // not begun where order 2 is far worse than in the steps accepted so far.
   double attempt(ChartFlow<PlantT>& flow, double t, double h, const VectorXd& y0, const ErrorNorm& norm,
                  VectorXd& y1, VectorXd& error) {
+    fitted_ = false;
     for (int n = 1; n <= 3; ++n) substep(flow, t, h / n, y0, end_[n - 1]);
     flow.save_evaluation();
     finish_row(flow, t, h, 2);
@@ -61,6 +66,13 @@ class ExtrapolatedEuler {
     error = 0.5 * (last_ - y1);
     y1 = last_ + error;
     return update_statistics(flow.norm_of(error, norm, h), h, coarse);
+  }
+
+  // The state at a share x of the last step, which has led from y0 to y1.
+  void interpolate(double x, const VectorXd& y0, const VectorXd& y1, VectorXd& y) {
+    if (!fitted_) fit(y0, y1);
+    const double s = x - 1.0;
+    y = y1 + s * (end_slope_ + s * (curve_ + s * bend_));
   }
 
   // What the size of the next steps depends on, for a checkpoint.
@@ -88,11 +100,25 @@ class ExtrapolatedEuler {
   void finish_row(ChartFlow<PlantT>& flow, double t, double h, int n) {
     const double s = h / n;
     for (int k = 1; k < n; ++k) {
-      last_ = end_[n - 1];
-      flow.evaluate(t + k * s, last_);
-      flow.inside->passed(t + k * s, last_);
-      substep(flow, t + k * s, s, last_, end_[n - 1]);
+      VectorXd& passed = inside_[n + k - 3];
+      passed.swap(end_[n - 1]);
+      flow.evaluate(t + k * s, passed);
+      flow.inside->passed(t + k * s, passed);
+      substep(flow, t + k * s, s, passed, end_[n - 1]);
     }
+  }
+
+  // The cubic through y0 and y1 with a slope at each end, in powers of s = x - 1. The slope at the start is
+  // extrapolated from the rows' first substeps, of which there are three at either order, that at the end
+  // from the last substeps of the rows that y1 is made of.
+  void fit(const VectorXd& y0, const VectorXd& y1) {
+    const auto& [half, third, two_thirds] = inside_;
+    start_slope_ = 0.5 * end_[0] - 8.0 * half + 13.5 * (order_ == 2 ? end_[2] : third) - 6.0 * y0;
+    if (order_ == 2) end_slope_ = 4.0 * (end_[1] - half) - (end_[0] - y0);
+    else end_slope_ = 0.5 * (end_[0] - y0) - 8.0 * (end_[1] - half) + 13.5 * (end_[2] - two_thirds);
+    curve_ = 2.0 * end_slope_ + start_slope_ - 3.0 * (y1 - y0);
+    bend_ = end_slope_ + start_slope_ - 2.0 * (y1 - y0);
+    fitted_ = true;
   }
 
   void substep(ChartFlow<PlantT>& flow, double t, double s, const VectorXd& y, VectorXd& out) {
@@ -122,6 +148,9 @@ class ExtrapolatedEuler {
   VectorXd joints_, xi_, rate_, last_;
   EnergyLedger works_;  // of one substep
   std::array<VectorXd, 3> end_;  // of each row
+  std::array<VectorXd, 3> inside_;  // of rows 2 and 3: at 1/2, 1/3 and 2/3 of the step
+  VectorXd start_slope_, end_slope_, curve_, bend_;  // of the cubic across the step, if it is fitted
+  bool fitted_ = false;
   double typical_coarse_ = 10.0;          // order-2 error of accepted steps, tolerances
   double last_coarse_ = 0.0, last_step_ = 0.0;  // of the last one, tolerances and s
   int order_ = 3;

@@ -27,6 +27,8 @@ namespace hexapod {
 template <class PlantT>
 class NdfDriver {
  public:
+  static constexpr bool kRestarts = true;  // a run that goes on from a checkpoint has a new history
+
   NdfDriver(PlantT& plant, Reference& reference, const Resolution& resolution,
             const std::vector<double>& /*memory*/, StepObserver& observer)
       : flow_(plant, reference), observer_(observer),

@@ -1,5 +1,7 @@
-// Runs a one-step method with error control, from stop to stop; steps also end at touch-downs
-// and at switches of the drives.
+// Runs a one-step method with error control; steps end at jumps of the set-points, at touch-downs and at
+// switches of the drives. Where the method knows the states within a step and the resolution is dense,
+// samples between its ends are taken before the step is accepted: contacts and drives are as they were at
+// its start, as they are all through it. Else steps end at samples, too.
 // Of a single run only the errors of its steps are known; that of the whole is found by comparing two.
 #pragma once
 
@@ -26,6 +28,8 @@ class OneStepDriver {
   using Method = Stepper<PlantT>;
 
  public:
+  static constexpr bool kRestarts = false;  // a run that goes on from a checkpoint takes the same steps
+
   // `memory` of an earlier driver's controller, or empty
   OneStepDriver(PlantT& plant, Reference& reference, const Resolution& resolution,
                 const std::vector<double>& memory, StepObserver& observer)
@@ -44,31 +48,24 @@ class OneStepDriver {
     method_.restore(memory.data() + 1 + StepControl::kMemorySize);
   }
 
-  // From t to `stop`; the plant is evaluated at (t, q, v) before and at `stop` after. False: no step
-  // of a reasonable size is accurate enough, or the run is to end. `horizon`: the set-points' next jump, not before `stop`.
-  bool advance(double t, double stop, double /*horizon*/, VectorXd& q, VectorXd& v,
+  // From t to `stop`, in steps that may end beyond it but not beyond `horizon`, the set-points' next
+  // jump. The plant is evaluated at (t, q, v) before and at `stop` after. False: no step of a
+  // reasonable size is accurate enough, or the run is to end.
+  bool advance(double t, double stop, double horizon, VectorXd& q, VectorXd& v,
                EnergyLedger& ledger) {
-    drives_.start(flow_.plant, flow_.reference, t, q, v);
-    if (flow_.reference.may_jump_at(t)) control_.jump();
-    while (t < stop) {
-      flow_.begin(q, v, y0_);
-      touch_.begin(flow_.plant);
-      const double rest = stop - t;
-      double longest = touch_.longest_step(flow_.plant);
-      if (!stands()) longest = std::min(longest, resolution_.longest_step(rest));
-      const double h = fit_step(std::min(control_.step(), longest), rest);
-      drives_.weigh(flow_.plant, Method::kLeastVelocityWeight, Method::kHardVelocityWeight, norm_);
-      if (PlantT::kPrescribed && t < watched_until_) start_torque_ = flow_.reaction_torque(t);
-      method_.begin(flow_, t, y0_);
-      const double done = step_from(t, h);
-      if (done <= 0.0 || !(flow_.velocity().cwiseAbs().maxCoeff() < kDivergedSpeed)) return false;
-      t = done == rest ? stop : t + done;
-      flow_.accept(y1_, q, v, ledger);
-      drives_.accept(flow_.plant, flow_.reference, t, done, q, v);
-      ++steps_;
-      largest_turn_ = std::max(largest_turn_, done * v.tail(v.size() - 3).cwiseAbs().maxCoeff());
-      reached_ = t;
-      if (!observer_.accepted(t, q, v)) return false;
+    if (!Method::kDense || !resolution_.dense) horizon = stop;
+    if (!under_way_) {
+      drives_.start(flow_.plant, flow_.reference, t, q, v);
+      if (flow_.reference.may_jump_at(t)) control_.jump();
+    }
+    while (under_way_ || t < stop) {
+      if (!under_way_ && !begin_step(t, horizon, q, v)) return false;
+      if (stop < end_) {
+        sample(stop, q, v, ledger);
+        return true;
+      }
+      if (!accept_step(q, v, ledger)) return false;
+      t = end_;
     }
     return true;
   }
@@ -92,6 +89,57 @@ class OneStepDriver {
   }
 
  private:
+  // Finds the step from t, not beyond `horizon`, where the plant is evaluated at (t, q, v), and leaves it
+  // evaluated at the step's end; false if there is none.
+  bool begin_step(double t, double horizon, const VectorXd& q, const VectorXd& v) {
+    flow_.begin(q, v, y0_);
+    touch_.begin(flow_.plant);
+    const double rest = horizon - t;
+    double longest = touch_.longest_step(flow_.plant);
+    if (!stands()) longest = std::min(longest, resolution_.longest_step(rest));
+    const double h = fit_step(std::min(control_.step(), longest), rest);
+    drives_.weigh(flow_.plant, Method::kLeastVelocityWeight, Method::kHardVelocityWeight, norm_);
+    if (PlantT::kPrescribed && t < watched_until_) start_torque_ = flow_.reaction_torque(t);
+    method_.begin(flow_, t, y0_);
+    const double done = step_from(t, h);
+    if (done <= 0.0 || !(flow_.velocity().cwiseAbs().maxCoeff() < kDivergedSpeed)) return false;
+    begin_ = t, end_ = done == rest ? horizon : t + done, length_ = done;
+    under_way_ = true;
+    return true;
+  }
+
+  // The state at t, within the step under way; what its end needs is saved.
+  void sample(double t, VectorXd& q, VectorXd& v, EnergyLedger& ledger) {
+    if constexpr (Method::kDense) {
+      if (sampled_) flow_.plant.restore_evaluation();
+      else booked_works_.setZero(flow_.nw);
+      method_.interpolate((t - begin_) / length_, y0_, y1_, sample_);
+      flow_.save_evaluation();
+      flow_.evaluate(t, sample_);
+      q = flow_.position();
+      v = flow_.velocity();
+      ledger.add(flow_.w(sample_) - booked_works_);
+      booked_works_ = flow_.w(sample_);
+      sampled_ = true;
+    }
+  }
+
+  // The step under way becomes part of the run; false if that is to end.
+  bool accept_step(VectorXd& q, VectorXd& v, EnergyLedger& ledger) {
+    under_way_ = false;
+    if (sampled_) {
+      flow_.restore_evaluation(end_, y1_);
+      flow_.w(y1_) -= booked_works_;
+      sampled_ = false;
+    }
+    flow_.accept(y1_, q, v, ledger);
+    drives_.accept(flow_.plant, flow_.reference, end_, length_, q, v);
+    ++steps_;
+    largest_turn_ = std::max(largest_turn_, length_ * v.tail(v.size() - 3).cwiseAbs().maxCoeff());
+    reached_ = end_;
+    return observer_.accepted(end_, q, v);
+  }
+
   static constexpr double kHardDriveShare = 0.1;  // of the usual tolerance, with hard drives
   static constexpr int kMaxTries = 60, kMaxEventTries = 4, kMaxSwitchTries = 8;
   // Steps show the peaks of torques that touch-downs leave: for a while, a torque changes in one of them
@@ -194,6 +242,10 @@ class OneStepDriver {
   StepControl control_;
   double watched_until_ = 0.0, reached_ = 0.0;  // s
   VectorXd y0_, y1_, error_;
+  double begin_ = 0.0, end_ = 0.0, length_ = 0.0;  // of the last step found, s
+  bool under_way_ = false;  // it is not accepted yet
+  bool sampled_ = false;    // the plant is evaluated at a sample within it, its end is saved
+  VectorXd sample_, booked_works_;  // the last sample within it
   VectorXd start_torque_;  // of a prescribed motion, N m
   long steps_ = 0, rejected_ = 0, events_ = 0, refined_ = 0;
   double largest_turn_ = 0.0, error_most_ = 0.0, error_sum_ = 0.0;

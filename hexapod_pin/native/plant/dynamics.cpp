@@ -25,18 +25,18 @@ const char* Dynamics::path() const {
 }
 
 void Dynamics::compute(const VectorXd& q, const VectorXd& v) {
-  if (fused_) fused_->compute(q, v, mass_upper_, bias_, base_rotation_, axis_, origin_);
-  else pinocchio_->compute(q, v, mass_upper_, bias_, base_rotation_, axis_, origin_);
+  if (fused_) {
+    fused_->compute(q, v, mass_upper_, bias_, base_rotation_, axis_, origin_);
+    center_of_mass_ = base_rotation_ * fused_->center_of_mass();
+  } else {
+    pinocchio_->compute(q, v, mass_upper_, bias_, base_rotation_, axis_, origin_);
+    center_of_mass_ = pinocchio_->center_of_mass();
+  }
 }
 
 Vec3 Dynamics::point(std::size_t joint, const Vec3& offset) const {
   if (!fused_) return pinocchio_->point(joint, offset);
   return origin_[joint] + base_rotation_ * (fused_->rotation(joint) * offset);
-}
-
-Vec3 Dynamics::center_of_mass() const {
-  if (!fused_) return pinocchio_->center_of_mass();
-  return base_rotation_ * fused_->center_of_mass();
 }
 
 double Dynamics::repeat(const VectorXd& q, const VectorXd& v, long count) const {

@@ -35,17 +35,26 @@ class Dynamics {
   const Eigen::MatrixXd& mass_upper() const { return mass_upper_; }  // only that triangle is filled
   const VectorXd& bias() const { return bias_; }  // C v + g, as Pinocchio's nonLinearEffects
   void subtract_from_bias(const VectorXd& force) { bias_ -= force; }
-  // of the same sizes, with the same zeros in the mass matrix
-  void swap_results(Eigen::MatrixXd& mass_upper, VectorXd& bias) {
-    mass_upper_.swap(mass_upper);
-    bias_.swap(bias);
+  // Those of another call, which `compute` has left here before: the mass matrix, the bias, the base's
+  // rotation and the centre of mass. Kinematics stay those of the last call.
+  struct Results {
+    Eigen::MatrixXd mass_upper;  // of the same size, with the same zeros
+    VectorXd bias;
+    Mat3 base_rotation = Mat3::Identity();
+    Vec3 center_of_mass = Vec3::Zero();
+  };
+  void swap_results(Results& other) {
+    mass_upper_.swap(other.mass_upper);
+    bias_.swap(other.bias);
+    base_rotation_.swap(other.base_rotation);
+    center_of_mass_.swap(other.center_of_mass);
   }
   const Mat3& base_rotation() const { return base_rotation_; }
   const Vec3& axis(std::size_t joint) const { return axis_[joint]; }
   bool slides(std::size_t joint) const { return slides_[joint]; }  // along its axis, else turns about it
   const Vec3& origin(std::size_t joint) const { return origin_[joint]; }
   Vec3 point(std::size_t joint, const Vec3& offset) const;  // a point fixed to the joint's body
-  Vec3 center_of_mass() const;
+  const Vec3& center_of_mass() const { return center_of_mass_; }
 
   // Pinocchio's crba and nonLinearEffects and nothing else, `count` times, for benchmarks
   double repeat(const VectorXd& q, const VectorXd& v, long count) const;
@@ -59,6 +68,7 @@ class Dynamics {
   Eigen::MatrixXd mass_upper_;
   VectorXd bias_;
   Mat3 base_rotation_ = Mat3::Identity();
+  Vec3 center_of_mass_ = Vec3::Zero();
   std::vector<Vec3> axis_, origin_;
   std::vector<char> slides_;
 };

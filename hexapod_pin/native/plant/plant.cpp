@@ -27,7 +27,8 @@ Plant<SystemT>::Plant(const Dynamics& body, std::vector<FootMount> mounts, Conta
   }
   v_.setZero(tree.nv);
   push_force_ = v_;
-  saved_ = {Eigen::MatrixXd::Zero(tree.nv, tree.nv), v_, v_, v_, base_, feet, stop};
+  saved_.dynamics = {Eigen::MatrixXd::Zero(tree.nv, tree.nv), v_};
+  saved_.push_force = saved_.v = v_, saved_.feet = feet, saved_.stop = stop;
 }
 
 template <class SystemT>
@@ -296,7 +297,7 @@ inline FrictionMode Plant<SystemT>::friction_from_rest(int j, double acceleratio
 
 template <class SystemT>
 inline void Plant<SystemT>::swap_saved() {
-  dynamics.swap_results(saved_.mass, saved_.bias);
+  dynamics.swap_results(saved_.dynamics);
   push_force_.swap(saved_.push_force);
   v_.swap(saved_.v);
   base_.swap(saved_.base);

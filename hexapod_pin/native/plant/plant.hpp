@@ -77,7 +77,7 @@ class Plant {
   const VectorXd& bias() const { return dynamics.bias(); }  // C v + g, less the pushes
   int joints() const { return tree.nv - 6; }
   double rate(int joint) const { return v_[6 + joint]; }
-  Vec3 center_of_mass() const { return dynamics.center_of_mass(); }  // relative to the base origin
+  const Vec3& center_of_mass() const { return dynamics.center_of_mass(); }  // relative to the base origin
 
   double kinetic_energy(const VectorXd& v) const;
 
@@ -196,9 +196,9 @@ class Plant {
   FrictionMode friction_from_rest(int j, double acceleration) const;
 
   struct SavedEvaluation {
-    Eigen::MatrixXd mass;
-    VectorXd bias, push_force, v;
-    Vec3 base;
+    Dynamics::Results dynamics;
+    VectorXd push_force, v;
+    Vec3 base = Vec3::Zero();
     std::vector<Contact> feet;
     std::vector<StopTorque> stop;
   };

@@ -1,4 +1,5 @@
-// A run whose steps follow the error: it stops at every sample and at every jump of the set-points.
+// A run whose steps follow the error: it stops at every sample and at every jump of the set-points; its
+// method may have stepped over a sample and know the state there.
 #pragma once
 
 #include <limits>
@@ -26,7 +27,9 @@ class AdaptiveRollout final : public SampledRollout<PlantT> {
     return run_to(end, std::max(end, end_));
   }
 
-  bool advance_to(double until) override { return run_to(until, until); }
+  // Commands may follow: steps end at samples where the method then takes the same steps, and so reaches the
+  // same bits, from a checkpoint at any of them.
+  bool advance_to(double until) override { return run_to(until, Driver::kRestarts ? until : time_); }
 
   Checkpoint checkpoint() const override { return this->checkpoint_now(driver_.memory()); }
 
