@@ -2,8 +2,8 @@
 // Aitken and Neville to order 3; the difference of the two best is the error. Being made of linearly
 // implicit steps it keeps its order with an approximate Jacobian. Between its ends a step is a cubic, whose
 // slopes there are differences of the rows' substeps, extrapolated as the rows' ends are (Hairer & Ostermann,
-// Dense output for extrapolation methods, 1990; Hairer & Wanner II, IV.9). The right-hand side at the ends
-// would not do: stiff contacts amplify the errors of a state by some hundred times in it.
+// Dense output for extrapolation methods, 1990; Hairer & Wanner II, IV.9). Slopes by the right-hand side
+// would multiply errors of velocity by the step times the rate at which contacts damp, which is far above 1.
 #pragma once
 
 #include <algorithm>
