@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.simulation.native_run import open_loop_run
+from hexapod_pin.simulation.case import case_runs
 from hexapod_pin.study.runs.outcome import outcome_of
 from hexapod_pin.study.sweep import SweepStudy
 
@@ -23,7 +23,7 @@ name = "many walks"
 [base]
 robot = "kharagpur"
 gait = {{ name = "tripod", stroke = 0.1, cycle_time = 1.0 }}
-duration = {duration}
+{duration}
 accuracy = 1e-4
 
 [[vary]]
@@ -59,13 +59,16 @@ seed = {seed}
 def many_walks(cases: int, duration: float, seed: int) -> SweepStudy:
     """Return a study of so many walks: a grid of strokes crossed with samples.
 
+    Each lasts `duration` [s]; 0: until a cycle repeats.
+
     Raises:
         ParameterError: `cases` is no multiple of the number of strokes.
     """
     samples, rest = divmod(cases, len(STROKES))
     if rest or samples < 1:
         raise ParameterError("cases", cases, f"a positive multiple of {len(STROKES)}")
-    text = TEXT.format(duration=duration, strokes=list(STROKES), samples=samples, seed=seed)
+    line = f"duration = {duration}" if duration else ""
+    text = TEXT.format(duration=line, strokes=list(STROKES), samples=samples, seed=seed)
     return SweepStudy.from_toml(text)
 
 
@@ -98,17 +101,22 @@ def time_split(study: SweepStudy, indices: Sequence[int]) -> TimeSplit:
 
 def _times(study: SweepStudy, index: int) -> tuple[float, ...] | None:
     """Return the four times of a case [s]; None of one that fails."""
-    marks = [time.thread_time()]
+    begin = time.thread_time()
+    plan = core = 0.0
     try:
         case = study.case(index)
-        marks.append(time.thread_time())
-        run = open_loop_run(case, case.settings, record=False)
-        marks.append(time.thread_time())
-        run.good = run.rollout.advance(run.settings.grid.samples)
-        marks.append(time.thread_time())
-        run.require_good_so_far()
-        outcome_of(index, case, run.summary())
+        made = last = time.thread_time()
+        runs = case_runs(case, record=False)
+        while True:
+            try:
+                run = next(runs)
+            except StopIteration as end:
+                outcome_of(index, case, end.value)
+                break
+            begun = time.thread_time()
+            run.good = run.rollout.advance(run.settings.grid.samples)
+            plan, core = plan + begun - last, core + time.thread_time() - begun
+            last = time.thread_time()
     except Exception:
         return None
-    marks.append(time.thread_time())
-    return tuple(b - a for a, b in zip(marks, marks[1:], strict=False))
+    return made - begin, plan, core, time.thread_time() - last

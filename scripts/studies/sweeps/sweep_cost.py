@@ -66,7 +66,7 @@ def sweep_cost(
 
     Args:
         cases: of the sweep, a multiple of four.
-        duration: of each walk [s].
+        duration: of each walk [s]; 0: until a cycle repeats, which MuJoCo is not run to.
         dask: cases of which a cluster of two workers must give the same dataset; 0: none.
         samples: random cases that MuJoCo runs too; 0: none.
         fine: step of MuJoCo's reference [s].
@@ -83,9 +83,10 @@ def sweep_cost(
         same = _same_on_cluster(dask, duration, seed, Path(place))
     rng = random.Random(seed)
     split = time_split(study, sorted(rng.sample(range(cases), min(SPLIT_CASES, cases))))
+    length = f"{duration:g} s each" if duration else "each until a cycle repeats,"
     rows = [*_target_rows(run, memory, same), *_rows(run, before)]
     parts: list[str | Table] = [
-        f"{cases} tripod walks of kharagpur, {duration:g} s each with a cycle of 1 s, at accuracy "
+        f"{cases} tripod walks of kharagpur, {length} with a cycle of 1 s, at accuracy "
         f"1e-4, on two threads: strokes of 60, 80, 100 and 120 mm, each with {cases // 4} samples "
         "of a latin hypercube: friction uniform from 0.4 to 0.9, contact stiffness lognormal by a "
         f"factor of 1.5, servo stiffness by 1.2; seed {seed}. Every case is on the disk as soon as "
@@ -95,7 +96,7 @@ def sweep_cost(
         Table(f"Processor time of a case, alone on one thread ({SPLIT_CASES} cases at most)",
               ["part", "ms", "share"], _split_rows(split)),
     ]  # fmt: skip
-    if samples:
+    if samples and duration:
         chosen = rng.sample(range(cases), min(samples, cases))
         parts += mujoco_parts(study, chosen, fine, rounds, FULL, run.wall / cases)
     return StudyReport("The cost of a sweep", parts)
