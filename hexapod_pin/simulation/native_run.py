@@ -36,7 +36,7 @@ from hexapod_pin.simulation.plant import (
     native_acceleration,
     native_plant,
     prescribed_start,
-    standing_on,
+    starting_point,
 )
 from hexapod_pin.simulation.run_outcome import (
     contact_names,
@@ -426,27 +426,6 @@ def begin_of(
         where = "duration" if not begin else "initial.time + duration"
         raise ParameterError(where, begin + settings.duration, allowed)
     return begin
-
-
-def starting_point(
-    scene: Scene,
-    posture: Array,
-    initial: State | Checkpoint | None,
-    trunk: Array | None = None,
-) -> Checkpoint:
-    """Return where a run begins: as given, or standing in a posture (n,) [rad].
-
-    `trunk` (7,) is its pose relative to a level one in the same place; None: level.
-    """
-    robot = scene.robot
-    if isinstance(initial, Checkpoint):
-        robot.check_state(initial.q, initial.v)
-        return initial
-    if initial is None:
-        state = standing_on(scene, posture, trunk)
-    else:
-        state = robot.check_state(initial.q, initial.v)
-    return Checkpoint(0.0, state.q, state.v, np.zeros((0, 6)))
 
 
 def summary_window(points: JointTrajectory) -> tuple[float, float, float]:

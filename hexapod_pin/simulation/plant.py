@@ -14,6 +14,7 @@ from hexapod_pin.drive.drive_law import armature, drive_law
 from hexapod_pin.drive.joint_stops import JointStops
 from hexapod_pin.errors import ParameterError, StateError
 from hexapod_pin.ground.terrain import Plane
+from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.robot.robot import once_per_robot, scratch_data
 from hexapod_pin.scene.loaded_model import (
     KEPT_MODELS,
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
 
     from hexapod_pin.control.joint_trajectory import JointTrajectory
     from hexapod_pin.native import TreeModel
-    from hexapod_pin.results.checkpoint import Checkpoint
     from hexapod_pin.robot.robot import Robot
     from hexapod_pin.robot.state import State
     from hexapod_pin.scene.scene import Scene
@@ -64,6 +64,27 @@ def standing_on(scene: Scene, posture: Array, start_pose: Array | None = None) -
         centers = [data.oMi[joint].act(foot.offset) for joint, foot in feet]
         q[2] += scene.terrain.lift(centers, [foot.radius for foot in robot.feet])
     return robot.check_state(q, np.zeros(robot.model.nv))
+
+
+def starting_point(
+    scene: Scene,
+    posture: Array,
+    initial: State | Checkpoint | None,
+    trunk: Array | None = None,
+) -> Checkpoint:
+    """Return where a run begins: as given, or standing in a posture (n,) [rad].
+
+    `trunk` (7,) is its pose relative to a level one in the same place; None: level.
+    """
+    robot = scene.robot
+    if isinstance(initial, Checkpoint):
+        robot.check_state(initial.q, initial.v)
+        return initial
+    if initial is None:
+        state = standing_on(scene, posture, trunk)
+    else:
+        state = robot.check_state(initial.q, initial.v)
+    return Checkpoint(0.0, state.q, state.v, np.zeros((0, 6)))
 
 
 def native_model(model: pin.Model) -> TreeModel:

@@ -39,7 +39,8 @@ from hexapod_pin.simulation.control_loop import (
     ticks_of,
     without_time,
 )
-from hexapod_pin.simulation.native_run import NativeRun, begin_of, starting_point
+from hexapod_pin.simulation.native_run import NativeRun, begin_of
+from hexapod_pin.simulation.plant import starting_point
 from hexapod_pin.simulation.plant import refuse_commands
 from hexapod_pin.simulation.run_settings import RunSettings, WorkLimits, check_work, chosen_limits
 from hexapod_pin.user_code import UserCode

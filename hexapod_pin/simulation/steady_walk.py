@@ -190,7 +190,7 @@ def _first_cycle(case: CaseData, settings: RunSettings) -> NativeRun:
     angle, rate = motion_at(plan, begin)
     state = standing_on(scene, angle, plan.start_pose)
     turned = rotations(state.q[None, 3:7])[0]
-    normal = np.asarray(scene.terrain.surface().normal)
+    normal = scene.terrain.surface().normal_at(0.0, 0.0)
     ahead = np.array([*plan.travel_direction, 0.0])
     ahead -= ahead @ normal * normal
     speed = plan.speed * ahead / np.linalg.norm(ahead)

@@ -98,7 +98,7 @@ def _case_of(run: Case | Trace) -> tuple[Case, dict[str, Summary]]:
     case = load_case(run)
     done = float(run.time[-1] - run.time[0])
     steady = run.run.numerics.cycles_run is not None
-    duration = run.run.numerics.duration if steady else case.settings.duration
+    duration = (run.run.numerics.duration or done) if steady else case.settings.duration
     if not math.isclose(done, duration, rel_tol=1e-6):
         hint = "It was interrupted or diverged: simulate a shorter case."
         raise ParameterError("trace", done, f"of a run that reached its {duration:g} s", hint)

@@ -249,7 +249,9 @@ def _map(
     )  # fmt: skip
 
 
-def _record(scene: Scene, walk: Any, controllers: Any, accuracy: float, cycles: int) -> GridRecord:
+def _record(
+    scene: Scene, walk: Any, controllers: Any, accuracy: float, cycles: int | None
+) -> GridRecord:
     """Return how a map came about."""
     first = next((c for c in controllers.values() if hasattr(c, "to_dict")), None)
     named = walk if isinstance(walk, str) else getattr(walk, "__name__", type(walk).__name__)
