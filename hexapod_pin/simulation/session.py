@@ -40,8 +40,7 @@ from hexapod_pin.simulation.control_loop import (
     without_time,
 )
 from hexapod_pin.simulation.native_run import NativeRun, begin_of
-from hexapod_pin.simulation.plant import starting_point
-from hexapod_pin.simulation.plant import refuse_commands
+from hexapod_pin.simulation.plant import refuse_commands, starting_point
 from hexapod_pin.simulation.run_settings import RunSettings, WorkLimits, check_work, chosen_limits
 from hexapod_pin.user_code import UserCode
 
