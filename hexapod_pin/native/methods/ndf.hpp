@@ -296,7 +296,6 @@ class NdfDriver {
     }
     if (observer_.looks_at_error()) {
       carried_.displace(y_, displaced_);
-      if (observer_.looks_at_forces()) flow_.evaluate(stop, displaced_);
       flow_.state(stop, displaced_, q_, v_);
       const double force = observer_.looks_at_forces() ? carried_.largest_force_change(flow_) : 0.0;
       observer_.displaced_sample(stop, q_, v_, force);
