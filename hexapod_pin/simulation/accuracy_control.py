@@ -259,7 +259,7 @@ def controlled_runs(run: NativeRun, before: AccuracyControl | None = None) -> Ru
     """Yield the runs of a case, finer each time, until its accuracy is met; one without estimate.
 
     Args:
-        run: of the case, not yet advanced.
+        run: of the case, not yet advanced; it may have the first level of resolution already.
         before: as of `AccuracyControl`.
 
     Raises:
@@ -272,7 +272,8 @@ def controlled_runs(run: NativeRun, before: AccuracyControl | None = None) -> Ru
         return control
     level: int | None = run.settings.method_settings.first_levels[0]
     while level is not None:
-        run = run.with_settings(control.settings.at_level(level))
+        if run.settings.method_settings.refinement != level:
+            run = run.with_settings(control.settings.at_level(level))
         yield run
         control.take(level, run)
         level = control.next_level()

@@ -244,8 +244,9 @@ def case_runs(case: CaseData, *, record: bool = True) -> Runs[Trace | Summary]:
     if case.until is not None:
         control = yield from steady_runs(case, record=record)
     if control is None:
-        run = open_loop_run(case, case.settings, record=record)
-        if not case.settings.estimate:
+        settings = case.settings
+        run = open_loop_run(case, settings.at_first_level(), record=record)
+        if not settings.estimate:
             yield run
             if record:
                 return run.require_good()

@@ -252,6 +252,12 @@ class RunSettings:
         """The groups of samples, besides the motion, that the control of the error needs."""
         return ("torque",) if self.method_settings.torque_request else ()
 
+    def at_first_level(self) -> RunSettings:
+        """Return the settings of the first run; these where errors are not estimated."""
+        if not self.estimate:
+            return self
+        return self.at_level(self.method_settings.first_levels[0])
+
     def at_level(self, refinement: int) -> RunSettings:
         """Return the settings of a run of this level of resolution."""
         return replace(self, method_settings=replace(self.method_settings, refinement=refinement))

@@ -138,7 +138,7 @@ def steady_runs(case: CaseData, *, record: bool = True) -> Runs[AccuracyControl 
             settled = settled or share * now[0].contraction(last[0]) <= SETTLED_SHARE
         start, last = control.run.checkpoint(), now
         run = (
-            run.continued(measured, start, groups)
+            run.continued(measured.at_first_level(), start, groups)
             if settled
             else run.continued(_settling(measured, count + 1), start, SETTLING_GROUPS)
         )
