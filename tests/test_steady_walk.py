@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
@@ -11,6 +12,7 @@ import pytest
 import hexapod_pin as hp
 from hexapod_pin.control.arc_walk import ArcWalk
 from hexapod_pin.results.error_estimate import ErrorEstimate
+from hexapod_pin.results.walk_verdict import summary_fall
 from hexapod_pin.simulation import steady_walk
 from hexapod_pin.simulation.steady_walk import until_steady, why_not_steady
 from hexapod_pin.simulation.transients import Change, Transients
@@ -176,3 +178,15 @@ def test_what_is_left_is_a_geometric_series():
         **{name: np.full(2, 1.0) for name in ("place", "turn", "joint", "torque")}
     )
     assert left.left.added_to(error).torque == pytest.approx(1.0 + 4e-6 * 4.0 / 3.0)
+
+
+def test_a_trunk_whose_origin_is_below_the_ground_has_not_sunk(cycle: hp.Trace):
+    """As of robots whose files begin at the lowest point: their height tells nothing."""
+    summary = cycle.summary
+    start = summary.run.level_start.model_copy(update={"trunk": -0.1})
+    below = replace(
+        summary, height_min=-0.101, run=summary.run.model_copy(update={"level_start": start})
+    )
+    assert summary_fall(below) is None
+    low = replace(summary, height_min=0.4 * (summary.run.level_start.trunk - start.ground))
+    assert summary_fall(low).how.startswith("sank")

@@ -352,7 +352,7 @@ def summary_fall(summary: Summary) -> Fall | None:
     lean = max(abs(summary.roll_peak), abs(summary.pitch_peak))
     if lean > TIPPED:
         return Fall(summary.end, TIPPED_TEXT)
-    if start is not None:
+    if start is not None and start.trunk > start.ground:  # else its origin tells nothing
         height = summary.height_min - start.ground
         if height < SUNK * (start.trunk - start.ground):
             return Fall(summary.end, SUNK_TEXT)

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hexapod_pin.arrays import Array
 from hexapod_pin.control.arc_walk import ArcWalk
 from hexapod_pin.control.check_controller import check_controller, settings_of
 from hexapod_pin.control.kinematic import KinematicControl
@@ -22,6 +23,7 @@ from hexapod_pin.errors import DivergenceError, ParameterError
 from hexapod_pin.ground.terrain import Flat, Slope
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.travelled_path import SUNK, TIPPED
+from hexapod_pin.robot.robot import scratch_data
 from hexapod_pin.robot.rotations import rotations
 from hexapod_pin.scene.loads import LostLeg, Push
 from hexapod_pin.simulation.accuracy_control import AccuracyControl, Runs, controlled_runs
@@ -116,8 +118,8 @@ def steady_runs(case: CaseData, *, record: bool = True) -> Runs[AccuracyControl 
         replace(case, record=groups), ADAPTIVE_SAMPLE if record else SUMMARY_SAMPLE
     )
     run = _first_cycle(case, _settling(measured, 1))
-    standing = height_over_ground(run, run.start.q)
-    run.case_settings, run.standing_height = run_to_dict(case), standing
+    run.case_settings = run_to_dict(case)
+    run.standing_height = height_over_ground(run, run.start.q)
     control = last = None
     settled = False
     for count in range(1, MOST_CYCLES + 1):
@@ -125,7 +127,7 @@ def steady_runs(case: CaseData, *, record: bool = True) -> Runs[AccuracyControl 
             control = yield from controlled_runs(run, control)
         except DivergenceError:
             return None
-        if control.run is None or _fallen(control.run, standing):
+        if control.run is None or _fallen(control.run):
             return None
         now = Change.of(control.run), run_numbers(control.run)
         if last is not None:
@@ -201,12 +203,18 @@ def _first_cycle(case: CaseData, settings: RunSettings) -> NativeRun:
     )
 
 
-def _fallen(run: NativeRun, standing: float) -> bool:
-    """Whether a robot has sunk or tipped over at the end of a run, or its trunk has touched."""
-    q = run.checkpoint().q
-    tipped = vertical(q) @ vertical(run.start.q) < math.cos(TIPPED)
-    return (
-        bool(tipped)
-        or height_over_ground(run, q) < SUNK * standing
-        or bool(run.rollout.trunk_touches())
-    )
+def _fallen(run: NativeRun) -> bool:
+    """Whether a robot has sunk or tipped over in a run, or its trunk has touched the ground."""
+    end = run.checkpoint().q
+    tipped = vertical(end) @ vertical(run.start.q) < math.cos(TIPPED)
+    sunk = _mass_height(run, end) < SUNK * _mass_height(run, run.start.q)
+    return bool(tipped) or sunk or bool(run.rollout.trunk_touches())
+
+
+def _mass_height(run: NativeRun, q: Array) -> float:
+    """Return the height of the centre of mass over the ground [m]."""
+    import pinocchio as pin
+
+    robot = run.scene.robot
+    x, y, z = pin.centerOfMass(robot.model, scratch_data(robot), q)
+    return float(z - run.scene.terrain.surface().height_at(x, y))
