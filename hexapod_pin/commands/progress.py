@@ -1,10 +1,12 @@
-"""A progress bar on stderr, where that is a terminal."""
+"""A progress bar on stderr, where that is a terminal; elsewhere rich is not even loaded."""
 
 from __future__ import annotations
 
+import os
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from hexapod_pin.foreign_text import visible
 from hexapod_pin.stop_signals import check_stop
@@ -13,12 +15,22 @@ if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
 
 
+class _Hidden:
+    """Stands for the bar of rich where none is shown."""
+
+    def add_task(self, *_: Any, **__: Any) -> Any:
+        """Show nothing."""
+
+    def update(self, *_: Any, **__: Any) -> None:
+        """Show nothing."""
+
+
 class ProgressBar:
     """Shows a finished fraction, 0 to 1, when it is called; `stage` is for what comes before."""
 
-    def __init__(self, bar: Progress, title: str) -> None:
+    def __init__(self, bar: Progress | _Hidden, title: str) -> None:
         """Begin at 0."""
-        self._bar: Progress = bar
+        self._bar = bar
         self._task: TaskID = bar.add_task(visible(title), total=1.0)
         self._show = self.stage(title)
 
@@ -39,7 +51,7 @@ class ProgressBar:
 class TimeLeftBar:
     """Shows a finished fraction and the time left; a sweep that goes on begins above 0."""
 
-    def __init__(self, bar: Progress, title: str) -> None:
+    def __init__(self, bar: Progress | _Hidden, title: str) -> None:
         """Begin at the fraction of the first call."""
         self._bar, self._title = bar, title
         self._task: TaskID | None = None
@@ -63,34 +75,39 @@ class TimeLeftBar:
 @contextmanager
 def time_left_bar(title: str) -> Iterator[TimeLeftBar]:
     """Give a callable that shows a finished fraction and the time left, where stderr can."""
-    from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        Progress,
-        TaskProgressColumn,
-        TextColumn,
-        TimeElapsedColumn,
-        TimeRemainingColumn,
-    )
-
-    console = Console(stderr=True)
-    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn(),
-               TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn())  # fmt: skip
-    with Progress(
-        *columns, console=console, disable=not console.is_terminal, speed_estimate_period=60.0
-    ) as bar:
+    with _bar(left=True) as bar:
         yield TimeLeftBar(bar, title)
 
 
 @contextmanager
 def progress_bar(title: str) -> Iterator[ProgressBar]:
     """Give a callable that shows a finished fraction on stderr, where that is a terminal."""
+    with _bar() as bar:
+        yield ProgressBar(bar, title)
+
+
+TERMINALS = ("FORCE_COLOR", "TTY_COMPATIBLE")
+"""Variables of the environment by which rich takes what is no terminal for one."""
+
+
+@contextmanager
+def _bar(*, left: bool = False) -> Iterator[Progress | _Hidden]:
+    """Give rich's bar, with the time `left` or without, where it can be shown."""
+    if not (sys.stderr.isatty() or any(map(os.environ.get, TERMINALS))):
+        yield _Hidden()
+        return
+    from rich import progress as rich
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
     console = Console(stderr=True)
-    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn())
-    with Progress(
-        *columns, TimeElapsedColumn(), console=console, disable=not console.is_terminal
-    ) as bar:
-        yield ProgressBar(bar, title)
+    columns: list[rich.ProgressColumn] = [
+        rich.TextColumn("{task.description}", markup=False), rich.BarColumn(),
+        rich.TaskProgressColumn(), rich.TimeElapsedColumn(),
+    ]  # fmt: skip
+    if left:
+        columns += [rich.TextColumn("left"), rich.TimeRemainingColumn()]
+    with rich.Progress(
+        *columns, console=console, disable=not console.is_terminal,
+        speed_estimate_period=60.0 if left else 30.0,
+    ) as bar:  # fmt: skip
+        yield bar

@@ -319,7 +319,7 @@ class StickSlip(FrictionLaw):
 
     kind: Literal["stick-slip"] = "stick-slip"
     mu: NonNegativeFloat
-    mu_dynamic: NonNegativeFloat = Field(default_factory=float)  # mu takes its place, see below
+    mu_dynamic: NonNegativeFloat = Field(default_factory=lambda: 0.0)  # mu takes its place
     stiffness: PositiveFloat
     damping: NonNegativeFloat
 
