@@ -27,6 +27,8 @@ def main(argv: Sequence[str] | None = None) -> NoReturn:
     gc.set_threshold(COLLECT_AFTER)
     # All matrices are small: threads of linear algebra would only wait for each other.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    # Plugins of pydantic are looked for in every package that is installed; none is of use here.
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
     stop_signals.install()  # before more is read: until here Ctrl-C ends in Python's traceback
     from hexapod_pin.commands.resources import lack_of, open_streams
     from hexapod_pin.commands.terminal import announce_command

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from hexapod_pin.arguments import checked
-from hexapod_pin.control.arc_walk import ArcWalk
-from hexapod_pin.control.body_motion import BodyMotion
-from hexapod_pin.control.commanded_body import VelocityCommand
-from hexapod_pin.control.foot_control.controller import FootControl
-from hexapod_pin.control.foot_control.parameters import NUMBERS, PARTS
-from hexapod_pin.control.gait import Gait
-from hexapod_pin.control.joint_motion import JointMotion
-from hexapod_pin.control.kinematic import KinematicControl
-from hexapod_pin.control.sampled_trajectory import HoldPosture, SampledTrajectory
 from hexapod_pin.errors import HexapodError, ParameterError
+
+if TYPE_CHECKING:
+    from hexapod_pin.control.arc_walk import ArcWalk
+    from hexapod_pin.control.body_motion import BodyMotion
+    from hexapod_pin.control.commanded_body import VelocityCommand
+    from hexapod_pin.control.foot_control.controller import FootControl
+    from hexapod_pin.control.gait import Gait
+    from hexapod_pin.control.joint_motion import JointMotion
+    from hexapod_pin.control.kinematic import KinematicControl
+    from hexapod_pin.control.sampled_trajectory import HoldPosture, SampledTrajectory
 
 Reader = Callable[[Mapping[str, Any]], Any]
 """Takes the result of `to_dict`, the key "kind" included, and returns the controller."""
@@ -42,6 +43,11 @@ def table(
 
 
 def _kinematic(data: Mapping[str, Any]) -> KinematicControl:
+    from hexapod_pin.control.body_motion import BodyMotion
+    from hexapod_pin.control.commanded_body import VelocityCommand
+    from hexapod_pin.control.gait import Gait
+    from hexapod_pin.control.kinematic import KinematicControl
+
     given = table(
         data, "controller", required=("kind", "gait"), optional=("stop_at", "body", "velocity")
     )
@@ -58,6 +64,9 @@ def _kinematic(data: Mapping[str, Any]) -> KinematicControl:
 
 
 def _arc(data: Mapping[str, Any]) -> ArcWalk:
+    from hexapod_pin.control.arc_walk import ArcWalk
+    from hexapod_pin.control.gait import Gait
+
     angles = ("amplitude", "lift_angle", "profile", "stop_at")
     given = table(data, "controller", required=("kind", "gait"), optional=angles)
     if not isinstance(given["gait"], Mapping):
@@ -67,10 +76,14 @@ def _arc(data: Mapping[str, Any]) -> ArcWalk:
 
 
 def _hold(data: Mapping[str, Any]) -> HoldPosture:
+    from hexapod_pin.control.sampled_trajectory import HoldPosture
+
     return HoldPosture(table(data, "controller", required=("kind",), optional=("q",)).get("q"))
 
 
 def _held(data: Mapping[str, Any]) -> SampledTrajectory:
+    from hexapod_pin.control.sampled_trajectory import SampledTrajectory
+
     given = table(data, "controller", required=("kind", "time", "q"), optional=("limited",))
     limited = given.get("limited", True)
     if not isinstance(limited, bool):
@@ -79,6 +92,8 @@ def _held(data: Mapping[str, Any]) -> SampledTrajectory:
 
 
 def _joint_motion(data: Mapping[str, Any]) -> JointMotion:
+    from hexapod_pin.control.joint_motion import JointMotion
+
     optional = ("cycle_time", "steady_from", "speed")
     given = table(data, "controller", required=("kind", "motion"), optional=optional)
     settings = {name: given[name] for name in optional if name in given}
@@ -86,6 +101,10 @@ def _joint_motion(data: Mapping[str, Any]) -> JointMotion:
 
 
 def _foot_control(data: Mapping[str, Any]) -> FootControl:
+    from hexapod_pin.control.foot_control.controller import FootControl
+    from hexapod_pin.control.foot_control.parameters import NUMBERS, PARTS
+    from hexapod_pin.control.gait import Gait
+
     given = table(
         data, "controller", required=("kind", "walk"), optional=("gait", *NUMBERS, *PARTS)
     )
@@ -102,6 +121,8 @@ def _foot_control(data: Mapping[str, Any]) -> FootControl:
         )
     return control
 
+
+# A reader imports its class when it is called: a case uses one of them.
 
 _READERS: dict[str, Reader] = {
     "foot-control": _foot_control,

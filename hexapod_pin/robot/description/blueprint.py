@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from typing import Annotated, Literal
-from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -224,6 +223,8 @@ class Blueprint(Spec):
 
 def _head(blueprint: Blueprint) -> str:
     """Return the start of the file: provenance, standing posture, colours, MuJoCo's settings."""
+    from xml.sax.saxutils import escape, quoteattr  # which bring the libraries of HTTP
+
     named = zip(SEGMENTS, blueprint.posture, strict=True)
     angles = [(segment, xml.number(angle)) for segment, angle in named]
     postures = "".join(

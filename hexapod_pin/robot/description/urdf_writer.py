@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import NamedTuple
-from xml.sax.saxutils import quoteattr
 
 from hexapod_pin.robot.description.solids import Vector
 
@@ -69,6 +68,8 @@ def geometry(shape: Shape) -> str:
 
 def link(name: str, parts: Sequence[str]) -> str:
     """Return a <link> element made of `parts` (inertial, visual, collision)."""
+    from xml.sax.saxutils import quoteattr  # which brings the libraries of HTTP
+
     return f"  <link name={quoteattr(name)}>\n" + "".join(parts) + "  </link>\n"
 
 

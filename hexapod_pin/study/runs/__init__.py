@@ -1,6 +1,5 @@
 """Durable sweeps: the cases of a study run on threads, processes or a cluster, and kept at once."""
 
-from hexapod_pin.study.runs.run_sweep import run_sweep
-from hexapod_pin.study.runs.sweep_result import SweepResult, open_sweep
+import lazy_loader
 
-__all__ = ["SweepResult", "open_sweep", "run_sweep"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,6 +1,5 @@
 """Which motors carry a robot: walks with each motor's mass, inertia and torque-speed line."""
 
-from hexapod_pin.study.selection.motor_study import default_study
-from hexapod_pin.study.selection.selecting import load_motor_study, select_motors
+import lazy_loader
 
-__all__ = ["default_study", "load_motor_study", "select_motors"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,5 +1,5 @@
 """Study files: what varies in a sweep, and the cases that come of it."""
 
-from hexapod_pin.study.sweep.sweep_study import SweepStudy, load_sweep
+import lazy_loader
 
-__all__ = ["SweepStudy", "load_sweep"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
