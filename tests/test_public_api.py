@@ -6,6 +6,7 @@ import importlib
 import inspect
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from public_surface import MODULES, SURFACE, surface
@@ -89,3 +90,39 @@ def test_a_room_lists_its_names(room: str):
     for name in package.__all__:
         found = getattr(package, name)
         assert not callable(found) or (inspect.getdoc(found) or "").strip(), name
+
+
+LAZY = "robot drive control control.foot_control simulation results study study.runs".split()
+
+
+def test_a_room_loads_a_module_when_a_name_of_it_is_used():
+    """A function is what its room lists also where the module of that name is loaded first."""
+    rooms = [f"hexapod_pin.{room}" for room in LAZY]
+    alone, named = _loaded_after(
+        f"import {', '.join(rooms)}",
+        "from hexapod_pin.results import stability\nassert callable(stability)",
+    )
+    own = {name for name in alone if name.startswith("hexapod_pin.")}
+    assert own == set(rooms)
+    assert "hexapod_pin.results.stability" in named
+    for name in ("control.leg_group", "results.torque_budget", "study.compare"):
+        room, _, function = name.rpartition(".")
+        importlib.import_module(f"hexapod_pin.{name}")
+        assert inspect.isfunction(getattr(importlib.import_module(f"hexapod_pin.{room}"), function))
+
+
+def test_a_walk_loads_nothing_that_it_does_not_use(tmp_path: Path):
+    """Also of this package, and on no terminal no progress bar: half of its time was loading."""
+    (loaded,) = _loaded_after(
+        f"""from hexapod_pin.commands.app import main
+sys.stdout, stdout = open({str(tmp_path / "text")!r}, "w"), sys.stdout
+try:
+    main(["walk", "kharagpur", "--no-html", "--out", {str(tmp_path / "a.nc")!r}])
+except SystemExit as end:
+    assert end.code == 0
+sys.stdout = stdout"""
+    )
+    rooms = "control.foot_control drive.catalog study.sweep study.selection study.runs.store view"
+    others = tuple(f"hexapod_pin.{room}" for room in rooms.split())
+    assert not [name for name in loaded if name.startswith(others)]
+    assert not loaded & {*VIEWERS, "scipy", "rich", "h5netcdf", "sqlite3", "ssl"}

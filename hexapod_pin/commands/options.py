@@ -151,13 +151,13 @@ def chosen_motor(
         UnknownNameError: the catalogue has no such motor.
         CatalogError: the file cannot be used.
     """
-    from hexapod_pin.drive.catalog import load_catalog
-
     if name is None:
         for option, value in {"--voltage": voltage, "--catalog": catalog}.items():
             if value is not None:
                 raise ParameterError(option, str(value), "left out without --motor")
         return None, []
+    from hexapod_pin.drive.catalog import load_catalog
+
     motors = load_catalog(catalog)
     record, ratio = (motors.get(name), 1.0) if voltage is None else motors.supplied(name, voltage)
     motor = record.motor(ratio)
@@ -190,7 +190,6 @@ def speed_limit(text: str | None) -> float | None:
 
 
 def _number(text: str | None, option: str, field: str) -> float | None:
-    from hexapod_pin.drive.catalog import load_catalog
     from hexapod_pin.errors import UnknownNameError
 
     if text is None:
@@ -199,6 +198,8 @@ def _number(text: str | None, option: str, field: str) -> float | None:
         return float(text)
     except ValueError:
         pass
+    from hexapod_pin.drive.catalog import load_catalog
+
     try:
         record = load_catalog().get(text)
     except UnknownNameError as error:
