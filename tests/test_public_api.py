@@ -125,4 +125,4 @@ sys.stdout = stdout"""
     rooms = "control.foot_control drive.catalog study.sweep study.selection study.runs.store view"
     others = tuple(f"hexapod_pin.{room}" for room in rooms.split())
     assert not [name for name in loaded if name.startswith(others)]
-    assert not loaded & {*VIEWERS, "scipy", "rich", "h5netcdf", "sqlite3", "ssl"}
+    assert not loaded & {*VIEWERS, "scipy", "rich", "sqlite3", "ssl"}

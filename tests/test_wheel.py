@@ -50,8 +50,17 @@ MODULES = packed()
 
 @cache
 def named(module: str) -> set[str]:
-    """Return what a module imports, anywhere in it, and the modules that its texts name."""
+    """Return what a module imports, anywhere in it, and the modules that its texts name.
+
+    A package with a stub imports what stands there, when it is first used.
+    """
     found = set[str]()
+    stub = MODULES[module].with_suffix(".pyi")
+    if stub.exists():
+        for node in ast.parse(stub.read_text(encoding="utf-8")).body:
+            if isinstance(node, ast.ImportFrom):
+                place = ".".join(filter(None, (module, node.module)))
+                found |= {place, *(f"{place}.{one.name}" for one in node.names)}
     for node in ast.walk(ast.parse(MODULES[module].read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             found |= {one.name for one in node.names}
