@@ -97,6 +97,7 @@ import resource, sys
 import scipy.stats.qmc
 from hexapod_pin.errors import ResourceError
 from hexapod_pin.study.sweep.design import Design
+Design(kind="random", samples=4).cube(2)  # loads what all kinds use
 resource.setrlimit(resource.RLIMIT_NOFILE, (3, 3))
 for kind in "sobol", "sobol-indices":
     try:

@@ -19,7 +19,8 @@ class _Hidden:
     """Stands for the bar of rich where none is shown."""
 
     def add_task(self, *_: Any, **__: Any) -> Any:
-        """Show nothing."""
+        """Return a number, as rich does."""
+        return 0
 
     def update(self, *_: Any, **__: Any) -> None:
         """Show nothing."""
