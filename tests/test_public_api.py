@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import importlib
 import inspect
 import subprocess
@@ -126,3 +127,20 @@ sys.stdout = stdout"""
     others = tuple(f"hexapod_pin.{room}" for room in rooms.split())
     assert not [name for name in loaded if name.startswith(others)]
     assert not loaded & {*VIEWERS, "scipy", "rich", "sqlite3", "ssl"}
+
+
+def test_a_name_that_a_stub_takes_from_another_package_stands_in_its_stub_too():
+    """Else it is found only where another import has loaded it before: `hp.sizing` was one."""
+    root = Path(hp.__file__).parent
+    for stub in root.rglob("__init__.pyi"):
+        for node in ast.parse(stub.read_text(encoding="utf-8")).body:
+            if not isinstance(node, ast.ImportFrom):
+                continue
+            other = stub.parent.joinpath(*(node.module or "").split("."), "__init__.pyi")
+            if other == stub or not other.exists():
+                continue
+            given = ast.parse(other.read_text(encoding="utf-8")).body
+            names = {
+                one.name for part in given if isinstance(part, ast.ImportFrom) for one in part.names
+            }
+            assert {one.name for one in node.names} <= names, (stub, node.module)

@@ -1,5 +1,6 @@
 """The public names of this package: `__init__.py` imports each when it is first used."""
 
+from . import sizing as sizing
 from .checkpoint import Checkpoint as Checkpoint
 from .comparison import Comparison as Comparison
 from .gait_energy import GaitEnergy as GaitEnergy
