@@ -111,7 +111,7 @@ def _steadiness(case: Case, trace: Trace) -> str:
     """Return one line: how nearly the cycle reported repeats, or that none does."""
     numerics = trace.run.numerics
     if numerics.cycles_run is None:
-        return f"note: no cycle of this walk repeats; it was run for {case.duration:g} s"
+        return f"note: no cycle was found that repeats; the walk was run for {case.duration:g} s"
     return (
         f"steady: cycle {numerics.cycles_run} after the start in motion repeats to "
         f"{numerics.transients:.1e} m or rad and {numerics.torque_transients:.1e} N m, "
