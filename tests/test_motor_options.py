@@ -16,7 +16,7 @@ from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.robot.loading.load_options import LoadOptions, hints_path, read_hints
 
 WALK = ("walk", "kharagpur", "--duration", "0.1", "--accuracy", "1e-2", "--no-html")
-WALK_CASE = (*WALK, "--save-case", "case.toml", "--motor")
+WALK_CASE = (*WALK, "--full", "--save-case", "case.toml", "--motor")
 
 
 def _motor(folder: Path) -> hp.Motor:
@@ -77,7 +77,7 @@ def test_limits_of_a_repaired_file(run: Run, tmp_path: Path) -> None:
     assert robot.effort_limit == pytest.approx(1.5, rel=1e-12)
     assert robot.velocity_limit == pytest.approx(6.5973, rel=1e-12)
     walked = run("walk", "bad.urdf", "--duration", "0.1", "--no-html", "--repair", *motor)
-    assert "effort" in walked.out
+    assert "repairs (--full)" in walked.out
 
 
 def test_numbers_and_names() -> None:
@@ -91,7 +91,7 @@ def test_numbers_and_names() -> None:
         torque_limit("strong")
     with refused(ParameterError, "--velocity", "HerkuleX DRS-0201"):
         speed_limit("HerkuleX DRS-0201")
-    assert chosen_motor(None, None, None) == (None, [])
+    assert chosen_motor(None, None, None) == (None, None, ())
     with pytest.raises(UnknownNameError):
         chosen_motor("strong", 12.0, None)
 

@@ -106,7 +106,7 @@ def test_a_factor_is_positive_and_finite(factor: float) -> None:
 # How far peaks depend on assumed servo gains: two more runs, one line.
 
 GAIT = hp.Gait.tripod(stroke=0.03, cycle_time=0.4)
-LINE = "when the assumed servo stiffness is halved/doubled"
+LINE = "with servo stiffness x0.5/x2"
 
 
 def case_of(**scene: object) -> hp.Case:
@@ -127,7 +127,7 @@ def test_the_changes_are_those_of_runs_with_other_servos() -> None:
         effect.torque_peak_change[0] < 0.0 < effect.torque_peak_change[1]
     )  # stiffer servos: harder touch-downs
     assert effect.failures == ("", "")
-    assert effect.line.startswith(f"peak torque changes by {effect.torque_peak_change[0]:+.0%}/")
+    assert effect.line.startswith(f"peaks move by {effect.torque_peak_change[0]:+.0%}/")
     assert effect.line.endswith(LINE)
 
 

@@ -2,34 +2,80 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hexapod_pin.commands.repair_trial import try_repaired
 from hexapod_pin.commands.terminal import echo
-from hexapod_pin.errors import ParameterError
+from hexapod_pin.results.run_facts import events_text
 
 if TYPE_CHECKING:
+    from hexapod_pin.drive.catalog import MotorRecord
     from hexapod_pin.results.peak_verdict import PeakVerdicts
+    from hexapod_pin.results.torque_budget import TorqueBudget
     from hexapod_pin.results.trace import Trace
+    from hexapod_pin.results.walk_answer import WalkAnswer
     from hexapod_pin.simulation.case import Case
 
 
+@dataclass(frozen=True)
+class Shown:
+    """What `walk` and `run` print beside the answer.
+
+    Attributes:
+        full: everything.
+        joints: a line for every joint.
+        assumed: what is assumed, a line each.
+        json: JSON instead of text.
+        verdict: the peaks, computed again.
+        quick: leave out the two runs with other servo gains, and the one with a repaired file.
+        threads: runs at a time, of those that are repeated.
+    """
+
+    full: bool = False
+    joints: bool = False
+    assumed: bool = False
+    json: bool = False
+    verdict: bool = False
+    quick: bool = False
+    threads: int = 1
+
+
+@dataclass(frozen=True)
+class CaseToReport:
+    """A case, and what is known of it besides.
+
+    Attributes:
+        case: to run.
+        title: of its progress bar.
+        about: lines on robot, gait and motor, for `--full`.
+        remarks: what else to know of them, a few words each.
+        motor: the motor of all joints, of the catalogue.
+        repaired: makes the case with the robot's file repaired, where the file is doubtful.
+        following: command for the next step.
+    """
+
+    case: Case
+    title: str
+    about: Sequence[str] = ()
+    remarks: Sequence[str] = ()
+    motor: MotorRecord | None = None
+    repaired: Callable[[], Case] | None = None
+    following: str = ""
+
+
 def run_and_report(
-    case: Case,
-    title: str,
-    trace_path: Path,
-    html_path: Path | None,
-    *,
-    verdict: bool = False,
-    quick: bool = False,
-    threads: int = 1,
+    job: CaseToReport, trace_path: Path, html_path: Path | None, shown: Shown
 ) -> None:
-    """Run a case with a progress bar; print the verdict on it and its torque table; write files.
+    """Run a case with a progress bar; print the answer; write files.
 
     Where servo gains are assumed and the robot walks, run twice more to show what peaks owe to
-    them, unless `quick`. With `verdict` compute its peaks again, once all files are written. Both
-    so many runs at a time.
-    Where the robot does not walk, exit with DOES_NOT_WALK: the reason, and what to change.
+    them; where the robot's file is doubtful, once more with it repaired. With `shown.verdict`
+    compute its peaks again, once all files are written.
+    Where the robot does not walk, its torques are doubtful, or its motor fails, exit with
+    DOES_NOT_WALK.
     """
     from hexapod_pin.commands.output_files import (
         least_sizes,
@@ -38,36 +84,122 @@ def run_and_report(
         written_files,
     )
     from hexapod_pin.commands.progress import progress_bar
-    from hexapod_pin.commands.terminal import DOES_NOT_WALK, fail
-    from hexapod_pin.results.run_facts import events_text
-    from hexapod_pin.results.walk_verdict import walk_verdict
+    from hexapod_pin.results.walk_answer import walk_answer
     from hexapod_pin.simulation.case import run_case
 
+    case = job.case
     require_room(least_sizes(case, trace_path, html_path))
-    with progress_bar(title) as progress:
+    with progress_bar(job.title) as progress:
         planning = progress.stage("planning the walk")
         trace, refusal = run_saving(lambda: run_case(case, progress, planning), trace_path)
-    walk = walk_verdict(trace)
-    echo(f"{walk.line}\n{run_summary(trace)}")
-    if case.until is not None:
-        echo(_steadiness(case, trace))
-    for line in events_text(trace.events, trace.limits):
-        echo(f"note: {line}")
-    with written_files() as files:
-        whole = _print_budget(trace)
+    answer = walk_answer(trace, job.motor)
+    more = list(job.remarks)
+    if answer.verdict.doubts and job.repaired is not None and not shown.quick:
+        trial = try_repaired(answer, job.repaired)
+        answer, more = trial.judged(answer), [*more, trial.line]
+    if not shown.json:
+        echo("\n".join(answer.lines()))
+    with written_files(quiet=True) as files:
         files.note(trace_path, refusal)
         if html_path is not None:
             from hexapod_pin.view.html import write_html
 
             files(lambda: write_html(trace, html_path))
         assumed = case.scene.servos.assumed and not case.scene.prescribed
-        if whole and walk.walks and not quick and assumed:
-            echo(_stiffness_line(case, trace, threads) + "\n")
-    if verdict and whole:
-        echo("\n" + verdict_on_peaks(trace, threads).table())
-    if not walk.walks:
-        advice = f"{walk.advice[:1].upper()}{walk.advice[1:]}"
-        fail(f"{walk.robot_name} does not walk: {walk.reason}. {advice}.", DOES_NOT_WALK)
+        whole = answer.budget is not None
+        if whole and answer.verdict.walks and not shown.quick and assumed:
+            more.append(_stiffness_line(case, trace, shown.threads))
+        judged = verdict_on_peaks(trace, shown.threads) if shown.verdict and whole else None
+        if shown.json:
+            _print_json(answer, more, judged, files.written)
+        else:
+            _print_rest(job, trace, answer, more, judged, files.written, shown)
+    exit_by(answer)
+
+
+def exit_by(answer: WalkAnswer) -> None:
+    """Exit with DOES_NOT_WALK where an answer is not good; its first line goes to stderr, too."""
+    from hexapod_pin.commands.terminal import DOES_NOT_WALK, fail
+
+    if answer.good:
+        return
+    advice = answer.verdict.advice
+    more = f" {advice[:1].upper()}{advice[1:]}." if advice else ""
+    fail(f"{answer.headline}.{more}", DOES_NOT_WALK)
+
+
+def _print_json(
+    answer: WalkAnswer, more: Sequence[str], judged: PeakVerdicts | None, written: Sequence[Path]
+) -> None:
+    """Print everything as JSON."""
+    import json
+
+    data = {**answer.to_dict(), "notes": list(more), "files": list(map(str, written))}
+    if judged is not None:
+        data["peaks"] = judged.to_dict()
+    echo(json.dumps(data, indent=2, allow_nan=False))
+
+
+def print_doubts(trace: Trace, more: Sequence[str], shown: Shown) -> None:
+    """Print on what the numbers rest: the run's error where it is too large, what is assumed."""
+    from hexapod_pin.results.walk_answer import folded
+
+    count = len(trace.run.assumed)
+    if trace.error is not None and not trace.accuracy_kept:
+        more = [*more, f"positions may be off by {trace.error_estimate:.1e} m or rad: NOT the "
+                       f"{trace.run.numerics.accuracy:g} requested"]  # fmt: skip
+    if count and not shown.full:
+        more = [*more, f"{count} assumed (--assumed)"]
+    for line in folded("; ".join(filter(None, more))):
+        echo(line)
+
+
+def _print_rest(
+    job: CaseToReport, trace: Trace, answer: WalkAnswer, more: Sequence[str],
+    judged: PeakVerdicts | None, written: Sequence[Path], shown: Shown,
+) -> None:  # fmt: skip
+    """Print what follows the answer: doubts, files, the next command, and what was asked for."""
+    from hexapod_pin.results.walk_answer import WIDTH
+
+    print_doubts(trace, more, shown)
+    names = ", ".join(map(_near, written))
+    following = f"next: {job.following}" if job.following and answer.good else ""
+    line = f"wrote {names}" if written else ""
+    apart = len(line) + len(following) + 3 > WIDTH
+    for text in (line, following) if apart else (f"{line}   {following}".strip(),):
+        if text:
+            echo(text)
+    if shown.full:
+        echo("\n" + "\n".join([*job.about, answer.verdict.line, run_summary(trace)]))
+        if job.case.until is not None:
+            echo(_steadiness(job.case, trace))
+        for note in events_text(trace.events, trace.limits):
+            echo(f"note: {note}")
+        if answer.budget is not None:
+            echo("\n" + answer.budget.table())
+    else:
+        print_parts(trace, answer.budget, shown)
+    if judged is not None:
+        echo("\n" + judged.table())
+
+
+def print_parts(trace: Trace, budget: TorqueBudget | None, shown: Shown) -> None:
+    """Print the joints and assumptions that were asked for."""
+    from hexapod_pin.results.joint_budget import joint_lines
+
+    if shown.joints and budget is not None:
+        per = "window" if budget.window.cycles is None else "cycle"
+        echo("\n" + "\n".join(joint_lines(budget.joints, per)))
+    if shown.assumed:
+        echo("\n" + "\n".join(f"assumed: {text}" for text in trace.run.assumed))
+
+
+def _near(path: Path) -> str:
+    """Return a path from the present folder, where it is in it."""
+    try:
+        return str(path.relative_to(Path.cwd()))
+    except (ValueError, OSError):
+        return str(path)
 
 
 def length_of(case: Case) -> str:
@@ -83,7 +215,8 @@ def _stiffness_line(case: Case, trace: Trace, threads: int) -> str:
     from hexapod_pin.study.judge_peaks import servo_stiffness
 
     with progress_bar("softer and stiffer servos") as progress:
-        return servo_stiffness(case, trace, threads=threads, progress=progress).line
+        effect = servo_stiffness(case, trace, threads=threads, progress=progress)
+    return effect.line
 
 
 def verdict_on_peaks(trace: Trace, threads: int) -> PeakVerdicts:
@@ -93,18 +226,6 @@ def verdict_on_peaks(trace: Trace, threads: int) -> PeakVerdicts:
 
     with progress_bar("computing peaks again") as progress:
         return judge_peaks(trace, threads=threads, progress=progress)
-
-
-def _print_budget(trace: Trace) -> bool:
-    """Print the torque table, or why a walk this short has none; return whether it has one."""
-    from hexapod_pin.results.torque_budget import torque_budget
-
-    try:
-        echo("\n" + torque_budget(trace).table() + "\n")
-    except ParameterError as error:
-        echo(f"no torque table: {error}", err=True)
-        return False
-    return True
 
 
 def _steadiness(case: Case, trace: Trace) -> str:

@@ -11,7 +11,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Optional
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Optional
 
 import typer
 
@@ -19,6 +19,7 @@ from hexapod_pin.errors import GaitError, HexapodError, ParameterError
 from hexapod_pin.user_file import user_path
 
 if TYPE_CHECKING:
+    from hexapod_pin.drive.catalog import MotorRecord
     from hexapod_pin.drive.motor import Motor
     from hexapod_pin.robot.loading.load_options import LoadOptions
 
@@ -63,6 +64,13 @@ Verdict = Annotated[
         help="Compute the peaks again, finer and with stiffer contact and servos: which hold?",
     ),
 ]
+Full = Annotated[
+    bool,
+    typer.Option("--full", help="Everything: settings, all joints, energies, notes, assumptions."),
+]
+EveryJoint = Annotated[bool, typer.Option("--joints", help="A line for every joint, too.")]
+Assumed = Annotated[bool, typer.Option("--assumed", help="What is assumed, a line each, too.")]
+AsJson = Annotated[bool, typer.Option("--json", help="Print JSON instead.")]
 Threads = Annotated[int, typer.Option(help="Runs at a time, of those that are repeated.")]
 Force = Annotated[
     bool,
@@ -141,10 +149,16 @@ CatalogFile = Annotated[
 ]
 
 
-def chosen_motor(
-    name: str | None, voltage: float | None, catalog: Path | None
-) -> tuple[Motor | None, list[str]]:
-    """Return the motor chosen for all joints, and what to print of it.
+class ChosenMotor(NamedTuple):
+    """The motor of all joints, its row of the catalogue, and what to print of it."""
+
+    motor: Motor | None = None
+    record: MotorRecord | None = None
+    lines: tuple[str, ...] = ()
+
+
+def chosen_motor(name: str | None, voltage: float | None, catalog: Path | None) -> ChosenMotor:
+    """Return the motor chosen for all joints; nothing without a name.
 
     Raises:
         ParameterError: a voltage or a file without a motor, or a voltage it is not made for.
@@ -155,7 +169,7 @@ def chosen_motor(
         for option, value in {"--voltage": voltage, "--catalog": catalog}.items():
             if value is not None:
                 raise ParameterError(option, str(value), "left out without --motor")
-        return None, []
+        return ChosenMotor()
     from hexapod_pin.drive.catalog import load_catalog
 
     motors = load_catalog(catalog)
@@ -168,7 +182,8 @@ def chosen_motor(
         f"{ratio * motor.no_load_speed:.4g} rad/s, rotor {motor.armature:.2g} kg m^2 at the joint"
     )
     assumed = [f"assumed: {text}" for text in record.assumed]
-    return motor, [line, *assumed, *(f"note: {record.name}: {flag}" for flag in record.flags)]
+    flags = (f"note: {record.name}: {flag}" for flag in record.flags)
+    return ChosenMotor(motor, record, (line, *assumed, *flags))
 
 
 def torque_limit(text: str | None) -> float | None:

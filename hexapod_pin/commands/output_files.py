@@ -121,14 +121,21 @@ def least_sizes(case: Case, trace: Path, page: Path | None) -> dict[Path, float]
 class WrittenFiles:
     """Writes files one after the other; one that is refused keeps none of the others back."""
 
-    def __init__(self) -> None:
-        """Begin with no refusal."""
+    def __init__(self, quiet: bool = False) -> None:
+        """Begin with no file and no refusal; `quiet`: nothing is printed."""
+        self.written: list[Path] = []
         self.refusals: list[TraceFileError] = []
+        self._quiet = quiet
+
+    def _report(self, path: Path, err: bool = False) -> None:
+        self.written.append(path)
+        if not self._quiet:
+            echo(f"wrote {path}", err=err)
 
     def note(self, path: Path, refusal: TraceFileError | None) -> None:
         """Print the path of a file that was written before, or keep its refusal in mind."""
         if refusal is None:
-            echo(f"wrote {path}")
+            self._report(path)
         else:
             self.refusals.append(refusal)
 
@@ -139,17 +146,20 @@ class WrittenFiles:
         except TraceFileError as error:
             self.refusals.append(error)
         else:
-            echo(f"wrote {path}", err=err)
+            self._report(path, err)
 
 
 @contextmanager
-def written_files() -> Iterator[WrittenFiles]:
+def written_files(quiet: bool = False) -> Iterator[WrittenFiles]:
     """Give what writes files; at its end, report which were refused.
+
+    Args:
+        quiet: whether the paths of written files are not printed.
 
     Raises:
         TraceFileError: at the end, of all files that could not be written.
     """
-    files = WrittenFiles()
+    files = WrittenFiles(quiet)
     yield files
     if files.refusals:
         raise TraceFileError("\n".join(map(str, files.refusals))) from files.refusals[0]

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from hexapod_pin.commands.options import (
+    Assumed,
+    EveryJoint,
+    Full,
     ImportCode,
     OptionalFloat,
     OptionalPath,
@@ -20,13 +23,18 @@ from hexapod_pin.commands.options import (
 from hexapod_pin.commands.terminal import announce, echo
 
 if TYPE_CHECKING:
+    from hexapod_pin.commands.case_report import Shown
     from hexapod_pin.results.peak_verdict import PeakVerdicts
-    from hexapod_pin.results.sizing import MotorBudget, MotorRanking
+    from hexapod_pin.results.sizing import MotorRanking
     from hexapod_pin.results.trace import Trace
+    from hexapod_pin.results.walk_answer import WalkAnswer
 
 
 def budget(
     trace: TracePath,
+    full: Full = False,
+    joints: EveryJoint = False,
+    assumed: Assumed = False,
     json: Annotated[bool, typer.Option("--json", help="Print JSON instead of a table.")] = False,
     verdict: Verdict = False,
     threads: Threads = 1,
@@ -46,59 +54,68 @@ def budget(
 ) -> None:
     """Print the torque budget of a trace."""
     announce(f"reading {trace}")
-    from hexapod_pin.commands.case_report import verdict_on_peaks
+    from hexapod_pin.commands.case_report import Shown, exit_by, verdict_on_peaks
+    from hexapod_pin.drive.catalog import load_catalog
+    from hexapod_pin.results.sizing import motor_ranking
     from hexapod_pin.results.trace_file import load_trace
+    from hexapod_pin.results.walk_answer import walk_answer
 
     import_code(code)
-    run = load_trace(trace)
-    compared = catalog or catalog_file is not None or motor is not None or voltage is not None
-    motors = motors_of(run, catalog_file, motor, voltage) if compared else None
+    run, rows = load_trace(trace), load_catalog(catalog_file)
+    record = None if motor is None else rows.get(motor, voltage)
+    shown = Shown(full, joints, assumed, json, verdict, threads=threads)
+    answer = walk_answer(run, record, voltage=voltage)
     judged = verdict_on_peaks(run, threads) if verdict else None
-    print_budget(run, judged, motors, json)
+    ranking = None
+    if record is None and (catalog or catalog_file is not None or voltage is not None):
+        chosen = rows if voltage is None else rows.at(voltage)
+        ranking = motor_ranking(run, chosen, source=rows.source)
+    if json:
+        _print_budget_json(run, answer, judged, ranking)
+    else:
+        _print_budget(run, answer, judged, ranking, shown)
+    exit_by(answer)
 
 
 # What `hexapod-pin budget` prints.
 
 
-def motors_of(
-    trace: Trace, file: Path | None, motor: str | None, voltage: float | None
-) -> MotorRanking | MotorBudget:
-    """Return one motor compared with a run, or all of a catalogue.
+def _print_budget_json(
+    trace: Trace, answer: WalkAnswer, judged: PeakVerdicts | None, ranking: MotorRanking | None
+) -> None:
+    """Print the budget, the verdict on its peaks, and motors, as JSON."""
+    from hexapod_pin.results.torque_budget import torque_budget
+
+    motors = answer.motor or ranking
+    parts = {"verdict": judged, "motors": motors}
+    more = {name: part.to_dict() for name, part in parts.items() if part is not None}
+    echo(torque_budget(trace).to_json(**more))
+
+
+def _print_budget(
+    trace: Trace, answer: WalkAnswer, judged: PeakVerdicts | None, ranking: MotorRanking | None,
+    shown: Shown,
+) -> None:  # fmt: skip
+    """Print the answer, and what was asked for besides.
 
     Raises:
-        CatalogError: the file is not usable.
-        UnknownNameError, ParameterError: no such motor or voltage.
+        ParameterError: the run holds no whole cycle.
     """
-    from hexapod_pin.drive.catalog import load_catalog
-    from hexapod_pin.results.sizing import motor_budget, motor_ranking
-
-    rows = load_catalog(file)
-    if motor is not None:
-        return motor_budget(trace, rows.get(motor, voltage))
-    chosen = rows if voltage is None else rows.at(voltage)
-    return motor_ranking(trace, chosen, source=rows.source)
-
-
-def print_budget(
-    trace: Trace,
-    judged: PeakVerdicts | None,
-    motors: MotorRanking | MotorBudget | None,
-    json: bool,
-) -> None:
-    """Print the budget, the verdict on its peaks, and motors, as text or JSON."""
+    from hexapod_pin.commands.case_report import print_doubts, print_parts
     from hexapod_pin.results.torque_budget import torque_budget
 
     found = torque_budget(trace)
-    more: dict[str, Any] = {}
-    if judged is not None:
-        more["verdict"] = judged.to_dict()
-    if motors is not None:
-        more["motors"] = motors.to_dict()
-    if json:
-        echo(found.to_json(**more))
-        return
-    texts = [part.table() for part in (found, judged, motors) if part is not None]
-    echo("\n\n".join(texts))
+    echo("\n".join(answer.lines()))
+    if ranking is not None and not shown.full:
+        echo("\n" + "\n".join(ranking.short_lines()))
+    print_doubts(trace, [], shown)
+    if not shown.full:
+        echo("--full has everything, --joints a line for every joint")
+        print_parts(trace, found, shown)
+    parts = (found, judged, answer.motor, ranking) if shown.full else (judged,)
+    for part in parts:
+        if part is not None:
+            echo("\n" + part.table())
 
 
 # `hexapod-pin stability`: print the stability margins of a trace.

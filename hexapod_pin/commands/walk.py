@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from hexapod_pin.commands.options import (
+    AsJson,
+    Assumed,
     CatalogFile,
     Density,
     Effort,
+    EveryJoint,
     Feet,
     FootRadius,
     Force,
     Forward,
+    Full,
     Hold,
     ImportCode,
     Legs,
@@ -158,6 +163,10 @@ def walk(
     save_case: Annotated[
         OptionalPath, typer.Option(help="Write the case too, for `hexapod-pin run`.")
     ] = None,
+    full: Full = False,
+    joints: EveryJoint = False,
+    assumed: Assumed = False,
+    json: AsJson = False,
     verdict: Verdict = False,
     quick: Quick = False,
     force: Force = False,
@@ -179,7 +188,7 @@ def walk(
 ) -> None:
     """Walk a robot; print its torque table; leave a trace and a playback."""
     announce(f"reading {robot}")
-    from hexapod_pin.commands.case_report import length_of, run_and_report
+    from hexapod_pin.commands.case_report import CaseToReport, Shown, length_of, run_and_report
     from hexapod_pin.commands.output_files import PAGES, writable, writable_trace
     from hexapod_pin.control.feasible_gait import default_gait, fit_gait
     from hexapod_pin.control.kinematic import KinematicControl
@@ -195,7 +204,7 @@ def walk(
     trace_path = writable_trace("--out", out)
     html_path = None if no_html else writable("--html", html, PAGES)
     case_path = None if save_case is None else writable("--save-case", save_case)
-    motor_of_all, motor_lines = chosen_motor(motor, voltage, catalog)
+    motors = chosen_motor(motor, voltage, catalog)
     options = load_options(
         feet=feet, legs=legs, posture=posture, held=held, package_path=package_path,
         xacro_arg=xacro_arg, foot_radius=foot_radius, forward=forward, repair=repair or None,
@@ -213,13 +222,10 @@ def walk(
     if prescribed and not (kp is None and kd is None):
         raise ParameterError("--kp, --kd", kp or kd, "left out with --prescribed: no servo acts")
     servo = Servo.for_robot(loaded, kp=kp, kd=kd)
-    if motor_of_all is not None:
-        servo = servo.model_copy(update={"motor": motor_of_all})
+    if motors.motor is not None:
+        servo = servo.model_copy(update={"motor": motors.motor})
     laws = Contact.preset(contact).with_mu(mu)
     scene = Scene(loaded, contact=laws, servo=servo, prescribed=prescribed)
-    _print_plan(loaded, fitted)
-    for line in motor_lines:
-        echo(line)
     case = Case(
         scene, KinematicControl(chosen), duration=time,
         accuracy=accuracy, torque_accuracy=_number_or_share(torque_accuracy),
@@ -231,15 +237,19 @@ def walk(
         case = until_steady(case)
     if case_path is not None:
         echo(f"wrote {case.save(case_path)}")
-    run_and_report(
-        case,
-        f"walking {length_of(case)}",
-        trace_path,
-        html_path,
-        verdict=verdict,
-        quick=quick,
-        threads=threads,
-    )
+
+    def repaired() -> Case:
+        mended = load_robot(robot, options=options.model_copy(update={"repair": True}))
+        return replace(case, scene=replace(scene, robot=mended))
+
+    doubtful = bool(loaded.doubts) and not options.repair
+    job = CaseToReport(
+        case, f"walking {length_of(case)}", [*_plan_lines(loaded, fitted), *motors.lines],
+        _remarks(loaded, fitted), motors.record, repaired if doubtful else None,
+        f"hexapod-pin select {robot}",
+    )  # fmt: skip
+    shown = Shown(full, joints, assumed, json, verdict, quick, threads)
+    run_and_report(job, trace_path, html_path, shown)
 
 
 def _number_or_share(text: str | None) -> float | str | None:
@@ -250,30 +260,49 @@ def _number_or_share(text: str | None) -> float | str | None:
         return text
 
 
-def _print_plan(robot: Robot, fitted: FittedGait) -> None:
-    """Print what will walk and how, what the loader changed, and legs that nearly meet."""
+def _plan_lines(robot: Robot, fitted: FittedGait) -> list[str]:
+    """Return what walks and how, what the loader changed, and legs that nearly meet."""
     from hexapod_pin.control.feasible_gait import DEFAULT, GIVEN
     from hexapod_pin.control.gait_refusal import leg_clearance
+    from hexapod_pin.robot.urdf_report import folded_texts
 
     gait = fitted.gait
     cycle, lift = (
         "" if reason in (DEFAULT, GIVEN) else f" ({reason})"
         for reason in (fitted.cycle_time, fitted.lift)
     )
-    echo(
-        f"{robot.name}: {robot.total_mass:.5g} kg, {len(robot.legs)} legs. {robot.provenance}\n"
+    found = [
+        f"{robot.name}: {robot.total_mass:.5g} kg, {len(robot.legs)} legs. {robot.provenance}",
         f"gait {gait.name}: stroke {gait.stroke:.4g} m ({fitted.stroke}), "
         f"cycle {gait.cycle_time:g} s{cycle}, duty {gait.duty:.4g}, lift {gait.lift:.4g} m{lift}: "
-        f"{gait.speed:.4g} m/s"
-    )
+        f"{gait.speed:.4g} m/s",
+    ]
     lines = {
         "repaired": robot.repaired,
         "inferred": robot.inferred,
         "note": (*robot.notes, *leg_clearance(robot, gait).notes),
     }
     for kind, texts in lines.items():
-        for text in texts:
-            echo(f"{kind}: {text}")
+        found += [f"{kind}: {text}" for text in folded_texts(texts)]
+    return found
+
+
+def _remarks(robot: Robot, fitted: FittedGait) -> list[str]:
+    """Return where the gait is not the usual one, or the file was changed, a few words each."""
+    from hexapod_pin.control.feasible_gait import DEFAULT, GIVEN
+    from hexapod_pin.control.gait_refusal import leg_clearance
+
+    gait = fitted.gait
+    chosen = {
+        f"stroke {1e3 * gait.stroke:.3g} mm": fitted.stroke,
+        f"cycle {gait.cycle_time:.3g} s": fitted.cycle_time,
+        f"lift {1e3 * gait.lift:.3g} mm": fitted.lift,
+    }
+    found = [f"{what} ({why})" for what, why in chosen.items() if why not in (DEFAULT, GIVEN)]
+    found += leg_clearance(robot, gait).notes[:1]
+    if robot.repaired:
+        found.append(f"{len(robot.repaired)} repairs (--full)")
+    return found
 
 
 # `hexapod-pin run`: run a case that was written before, to the same bits.
@@ -284,6 +313,10 @@ def run(
     out: TraceOut = Path("run.nc"),
     html: Annotated[Path, typer.Option(help="Playback file to write.")] = Path("run.html"),
     no_html: NoHtml = False,
+    full: Full = False,
+    joints: EveryJoint = False,
+    assumed: Assumed = False,
+    json: AsJson = False,
     verdict: Verdict = False,
     quick: Quick = False,
     force: Force = False,
@@ -292,7 +325,7 @@ def run(
 ) -> None:
     """Run a case from its file; print its torque table; leave a trace and a playback."""
     announce(f"reading {case}")
-    from hexapod_pin.commands.case_report import length_of, run_and_report
+    from hexapod_pin.commands.case_report import CaseToReport, Shown, length_of, run_and_report
     from hexapod_pin.commands.output_files import PAGES, writable, writable_trace
     from hexapod_pin.simulation.case import load_case
     from hexapod_pin.simulation.run_settings import chosen_limits
@@ -302,16 +335,10 @@ def run(
     import_code(code)
     found = load_case(case).with_defaults(limits=chosen_limits(None, force))
     robot = found.scene.robot
-    echo(
-        f"{robot.name}: {robot.total_mass:.5g} kg. {robot.provenance}\n"
-        f"case {case}: {length_of(found)}, digest {found.digest}"
-    )
-    run_and_report(
-        found,
-        f"running {length_of(found)}",
-        trace_path,
-        html_path,
-        verdict=verdict,
-        quick=quick,
-        threads=threads,
-    )
+    about = [
+        f"{robot.name}: {robot.total_mass:.5g} kg. {robot.provenance}",
+        f"case {case}: {length_of(found)}, digest {found.digest}",
+    ]
+    job = CaseToReport(found, f"running {length_of(found)}", about)
+    shown = Shown(full, joints, assumed, json, verdict, quick, threads)
+    run_and_report(job, trace_path, html_path, shown)

@@ -38,6 +38,8 @@ from .trace import Trace as Trace
 from .trace_file import load_study as load_study
 from .trace_file import load_trace as load_trace
 from .trace_file import write_study as write_study
+from .walk_answer import WalkAnswer as WalkAnswer
+from .walk_answer import walk_answer as walk_answer
 from .walk_metrics import WalkMetrics as WalkMetrics
 from .walk_verdict import WalkVerdict as WalkVerdict
 from .walk_verdict import walk_verdict as walk_verdict

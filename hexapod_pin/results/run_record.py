@@ -50,6 +50,7 @@ class RobotFacts(Facts):
         effort_limit: of every joint at standstill [N m]; None or infinite without one.
         velocity_limit: of every joint [rad/s].
         foot_radius: of every contact point [m].
+        doubts: what in its file makes torques doubtful, in short phrases.
     """
 
     name: Name = "robot"
@@ -61,6 +62,7 @@ class RobotFacts(Facts):
     effort_limit: PerJoint | None = None
     velocity_limit: PerJoint | None = None
     foot_radius: Annotated[tuple[NotNegative, ...], Field(strict=False), per("foot")] | None = None
+    doubts: Annotated[tuple[str, ...], Field(strict=False)] = ()
 
     @property
     def mass(self) -> float:

@@ -66,6 +66,7 @@ class WalkVerdict(Immutable):
         holds: whether a posture is held: no motion is planned.
         reason: why it does not walk; empty where it does.
         advice: what to change; empty where it walks.
+        doubts: what in the robot's file makes torques doubtful, in short phrases.
     """
 
     robot_name: str
@@ -87,6 +88,7 @@ class WalkVerdict(Immutable):
     holds: bool
     reason: str
     advice: str
+    doubts: tuple[str, ...] = ()
 
     @property
     def walks(self) -> bool:
@@ -152,7 +154,7 @@ def walk_verdict(trace: Trace) -> WalkVerdict:
         accuracy_kept=trace.accuracy_kept, needs=_needs(trace, path),
         prescribed=trace.run.prescribed,
         holds=trace.run.case.controller.get("kind") == "hold",
-        reason=reason, advice=hint,
+        reason=reason, advice=hint, doubts=trace.run.robot.doubts,
     )  # fmt: skip
 
 
@@ -198,7 +200,7 @@ def verdict_line(verdict: WalkVerdict) -> str:
         *_distance(verdict),
         "did not fall" if verdict.fall is None
         else f"fell at {verdict.fall.time:.3g} s ({verdict.fall.how})",
-        _trunk(verdict), _slip(verdict), _limits(verdict), _accuracy(verdict),
+        _trunk(verdict), _slip(verdict), _limits(verdict), _accuracy(verdict), _doubt(verdict),
     ]  # fmt: skip
     return f"{verdict.robot_name} {_head(verdict)}: " + "; ".join(filter(None, parts))
 
@@ -272,6 +274,13 @@ def _limits(verdict: WalkVerdict) -> str:
     if not torque and not speed:
         return "no joint at its torque or velocity limit"
     return ", ".join(filter(None, (torque, speed)))
+
+
+def _doubt(verdict: WalkVerdict) -> str:
+    """Return that torques are not to be trusted, and why; empty where the file is sound."""
+    if not verdict.doubts:
+        return ""
+    return f"torques are NOT to be trusted: {', '.join(verdict.doubts)} (--repair)"
 
 
 def _share(what: str, share: JointShare) -> str:

@@ -98,6 +98,7 @@ class Robot(Immutable):
         digest: SHA-256 of that text.
         held: joints that no leg walks with (head, arm, surplus leg joint, foot spring) and the
             places where they are held [rad, or m of sliding joints], those of `posture`.
+        doubts: what in the file makes torques doubtful, such as inertias in the wrong unit.
     """
 
     name: str
@@ -123,6 +124,7 @@ class Robot(Immutable):
     urdf: str = field(repr=False)
     digest: str = field(repr=False)
     held: Mapping[str, float] = field(default_factory=dict, repr=False)
+    doubts: tuple[str, ...] = field(default=(), repr=False)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the fields but Pinocchio's model, which is built again from the URDF's text.
@@ -306,6 +308,7 @@ def robot_of(urdf: LoadedUrdf, source: str) -> Robot:
         notes=(*urdf.notes, *foot_notes, *posture_notes, *_unused(file, feet)),
         options=_given(options),
         urdf=file.text, digest=digest(file.text), held=_held(joints, angles, legs),
+        doubts=urdf.doubts,
     )  # fmt: skip
 
 

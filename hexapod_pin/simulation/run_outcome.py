@@ -135,6 +135,7 @@ def robot_facts(scene: Scene) -> RobotFacts:
         effort_limit=tuple(torque_limit(robot, scene.servos).tolist()),
         velocity_limit=tuple(robot.velocity_limit.tolist()),
         foot_radius=tuple(contact_radii(scene)),
+        doubts=scene.robot.doubts,
     )
 
 

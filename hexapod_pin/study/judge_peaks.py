@@ -269,11 +269,7 @@ class StiffnessEffect:
     @property
     def line(self) -> str:
         """The changes in one line."""
-        text = (
-            f"peak torque changes by {_pair(self.torque_peak_change)} "
-            f"(p99 by {_pair(self.torque_p99_change)}) when the assumed servo stiffness is "
-            "halved/doubled"
-        )
+        text = f"peaks move by {_pair(self.torque_peak_change)} with servo stiffness x0.5/x2"
         for word, failure, speed in zip(WORDS, self.failures, self.speed_share, strict=True):
             if failure:
                 text += f"; {word} it {failure}"

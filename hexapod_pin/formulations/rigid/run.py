@@ -132,6 +132,7 @@ class RigidRecorder:
                 effort_limit=tuple(robot.effort_limit.tolist()),
                 velocity_limit=tuple(robot.velocity_limit.tolist()),
                 foot_radius=tuple(float(foot.radius) for foot in robot.feet),
+                doubts=robot.doubts,
             ),
             numerics=Numerics(method=METHOD, step=step, sample=sample),
             walk=WalkFacts.of(plan, settings),

@@ -3,6 +3,7 @@
 from hexapod_pin.drive.catalog import Catalog, MotorRecord
 from hexapod_pin.drive.catalog.motor_record import Derating
 from hexapod_pin.results.sizing.demand import JointDemand
+from hexapod_pin.results.sizing.lightest import LightestMotor, lightest_motors
 from hexapod_pin.results.sizing.motor_budget import (
     MotorBudget,
     MotorRanking,
@@ -18,12 +19,14 @@ __all__ = [
     "Catalog",
     "Derating",
     "JointDemand",
+    "LightestMotor",
     "MotorBudget",
     "MotorRanking",
     "MotorRecord",
     "MotorUse",
     "Winding",
     "joint_demand",
+    "lightest_motors",
     "motor_budget",
     "motor_ranking",
 ]

@@ -313,6 +313,9 @@ CAVEAT = (
     "it. `hexapod-pin select` simulates each motor with them."
 )
 
+FIRST = 5
+"""Motors of a short ranking."""
+
 SHOWN = 15
 """Motors of the text table that do not pass."""
 
@@ -356,6 +359,22 @@ class MotorRanking(Immutable):
         lines += ["", "Why not", *why] if why else []
         lines += [f"  {name}: {reason}" for name, reason in self.unusable]
         return "\n".join([*demand_lines(self.demand), "", *lines, "", CAVEAT])
+
+    def short_lines(self) -> list[str]:
+        """Return the first motors of the ranking, each with its largest use by kind of joint."""
+        kinds = [row.kind for row in self.budgets[0].kinds] if self.budgets else []
+        rows = [
+            [
+                budget.motor, None if mass is None else f"{1e3 * mass:.4g}",
+                "passes" if budget.passes else "FAILS", *(row.deciding_use for row in budget.kinds),
+            ]
+            for budget, mass in zip(self.budgets[:FIRST], self.masses, strict=False)
+        ]  # fmt: skip
+        count = len(self.passing)
+        title = (
+            f"{count} of {len(self.budgets)} motors pass all joints; largest use, lightest first"
+        )
+        return _table(title, ["motor", "mass\n[g]", "verdict", *kinds], rows, ".2f")
 
     def to_dict(self) -> dict[str, Any]:
         """Return all numbers as plain data."""

@@ -30,6 +30,7 @@ class LoadedUrdf(NamedTuple):
         options: how it was read, hints included.
         repaired: what was changed to repair it.
         notes: what was assumed in reading it, and what is suspicious in it.
+        doubts: of what is suspicious, what makes torques doubtful, in short phrases.
     """
 
     file: UrdfFile
@@ -37,6 +38,7 @@ class LoadedUrdf(NamedTuple):
     options: LoadOptions
     repaired: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
 
 
 def load_urdf(path: Path, options: LoadOptions) -> LoadedUrdf:
@@ -67,14 +69,14 @@ def loaded(read: SourceFile, options: LoadOptions, layout: RobotLayout | None = 
         done = repair_urdf(file, finder, RepairOptions(**numbers))
         file, repaired = done.file, done.changes
         notes = (*notes, *done.notes)
-    findings, suspicious = check_urdf(file)
+    findings, suspicious, doubts = check_urdf(file)
     if findings:
         endless = all("continuous joint" in text for text in findings)
         more = _unrecognised(file, finder, options) if endless else []
         raise UrdfError(file.source, [*findings, *more])
     layout = layout or recognise(file, finder, options)
     file = annotate_urdf(file, layout)
-    return LoadedUrdf(file, layout, options, repaired, (*notes, *suspicious))
+    return LoadedUrdf(file, layout, options, repaired, (*notes, *suspicious), doubts)
 
 
 def loaded_text(text: str, source: str, options: LoadOptions) -> LoadedUrdf:
@@ -85,12 +87,12 @@ def loaded_text(text: str, source: str, options: LoadOptions) -> LoadedUrdf:
         UnknownNameError: a hint names no link or joint.
     """
     file = parse_urdf(text.encode(), source)
-    findings, suspicious = check_urdf(file)
+    findings, suspicious, doubts = check_urdf(file)
     if findings:
         raise UrdfError(source, findings)
     layout = layout_stated(file, options) or layout_named(file, options)
     layout = layout or layout_of_feet(file, options)
-    return LoadedUrdf(file, layout, options, (), tuple(suspicious))
+    return LoadedUrdf(file, layout, options, (), tuple(suspicious), doubts)
 
 
 def _unrecognised(file: UrdfFile, finder: ResourceFinder, options: LoadOptions) -> list[str]:

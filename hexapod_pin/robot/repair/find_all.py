@@ -14,6 +14,7 @@ from typing import NamedTuple
 from hexapod_pin.robot.description.urdf_annotation import ANNOTATION, PLACES, stated_leg_faults
 from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile, attribute
 from hexapod_pin.robot.repair.appearance import appearance_findings
+from hexapod_pin.robot.repair.doubts import doubts
 from hexapod_pin.robot.repair.finding import Draft, Finding
 from hexapod_pin.robot.repair.inertias import inertia_findings
 from hexapod_pin.robot.repair.joints import joint_findings
@@ -50,10 +51,11 @@ def find_all(file: UrdfFile, finder: MeshFinder | None) -> list[Finding]:
 
 
 class UrdfCheck(NamedTuple):
-    """Findings (the file is refused) and notes (it is used), as sentences."""
+    """Findings (the file is refused), notes (it is used) and `doubts`, as sentences."""
 
     findings: list[str]
     notes: list[str]
+    doubts: tuple[str, ...]
 
 
 def check_urdf(file: UrdfFile) -> UrdfCheck:
@@ -61,7 +63,7 @@ def check_urdf(file: UrdfFile) -> UrdfCheck:
     found = find_all(file, None)
     refused = [str(finding) for finding in found if finding.severity == "refused"]
     notes = [str(finding) for finding in found if finding.severity == "suspicious"]
-    return UrdfCheck(refused, [] if refused else notes)
+    return UrdfCheck(refused, [] if refused else notes, () if refused else doubts(found))
 
 
 # What a URDF states of itself in <hexapod_pin> and does not fit its links: found, and dropped.

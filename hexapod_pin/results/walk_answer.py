@@ -1,0 +1,333 @@
+"""What a user decides by after a run: the verdict and the need of each kind of joint, in few lines.
+
+The first line says whether the robot walks, and whether its torques may be trusted. Numbers are
+rounded to what the run's own error leaves of them.
+"""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from hexapod_pin.arguments import checked
+from hexapod_pin.drive.catalog import MotorRecord
+from hexapod_pin.errors import HexapodError, NotRecordedError, ParameterError
+from hexapod_pin.immutable import Immutable
+from hexapod_pin.results.joint_budget import JointBudget, KindBudget
+from hexapod_pin.results.result_files import without_non_finite
+from hexapod_pin.results.sizing.lightest import LightestMotor, lightest_motors
+from hexapod_pin.results.sizing.motor_budget import MotorBudget, motor_budget
+from hexapod_pin.results.sizing.motor_use import MotorUse
+from hexapod_pin.results.sizing.trace_demand import joint_demand
+from hexapod_pin.results.stability import stability
+from hexapod_pin.results.torque_budget import TorqueBudget, torque_budget
+from hexapod_pin.results.trace import Trace
+from hexapod_pin.results.walk_verdict import WalkVerdict, walk_verdict
+from hexapod_pin.text_table import Cell, Table
+
+DIGITS = 3
+"""Significant digits of a number that is exact, at most."""
+
+VOLTAGE = 12.0
+"""Of the battery, where the run has no motors [V], *assumed*."""
+
+NO_LIMIT = "nothing at a limit"
+"""Left out where the line has no room for it."""
+
+WIDTH = 80
+"""Longest line [characters]."""
+
+
+@dataclass(frozen=True, eq=False)
+class WalkAnswer(Immutable):
+    """The verdict on a run, what its joints need, and which motors carry it.
+
+    Attributes:
+        verdict: on the run as a walk.
+        budget: what the joints need; None of a run without a whole cycle.
+        too_short: what a run without a whole cycle lacks; else empty.
+        margin: least distance of the centre of mass from the edge of the support [m]; None where
+            it is not known.
+        motor: how the motor of the run fares; None of a run without one.
+        lightest: the lightest motor that passes, by kind of joint, at `voltage`.
+        voltage: of the battery [V].
+    """
+
+    verdict: WalkVerdict
+    budget: TorqueBudget | None
+    too_short: str
+    margin: float | None
+    motor: MotorBudget | None
+    lightest: Mapping[str, LightestMotor | None]
+    voltage: float
+
+    @property
+    def good(self) -> bool:
+        """Whether the robot walks, its torques may be trusted, and its motor, if any, passes."""
+        motor_passes = self.motor is None or self.motor.passes
+        return self.verdict.walks and not self.verdict.doubts and motor_passes
+
+    @property
+    def headline(self) -> str:
+        """The verdict in one line, its most important part first."""
+        verdict = self.verdict
+        name, doubts = verdict.robot_name, verdict.doubts
+        if doubts:
+            more = f" and {len(doubts) - 1} more" if len(doubts) > 1 else ""
+            return f"{name}: torques are NOT to be trusted: {doubts[0]}{more}"
+        if not verdict.walks:
+            return f"{name} does not walk: {verdict.reason}"
+        if self.motor is not None and not self.motor.passes:
+            return f"{name} {_motion(verdict, share=False)}, but {motor_failure(self.motor)}"
+        start = f"so far: {name}" if self.budget is None else name
+        parts = [f"{start} {_motion(verdict)}", *self._notable()]
+        text = ", ".join(parts)
+        return text if len(text) <= WIDTH else text.removesuffix(f", {NO_LIMIT}")
+
+    def _notable(self) -> list[str]:
+        """Return slip, margin and limits, a few words each."""
+        verdict = self.verdict
+        slip = None if verdict.slip is None else verdict.slip.total
+        parts = [] if slip is None else [f"slip {100.0 * slip:.2g} %"]
+        if self.margin is not None:
+            parts.append(f"margin {1e3 * self.margin:.0f} mm")
+        torque, speed = verdict.at_torque_limit, verdict.at_speed_limit
+        for what, share in (("torque", torque), ("speed", speed)):
+            if share.joints and not verdict.prescribed:
+                parts.append(f"{share.joint} at its {what} limit {share.share:.2g} of the time")
+        if len(parts) == (slip is not None) + (self.margin is not None):
+            parts.append("prescribed motion" if verdict.prescribed else NO_LIMIT)
+        return parts
+
+    def lines(self) -> list[str]:
+        """Return headline, what to change where that helps, and the table of the joints."""
+        found = folded(self.headline)
+        verdict = self.verdict
+        if verdict.doubts:
+            state = "walks with these numbers" if verdict.walks else f"does not: {verdict.reason}"
+            found += folded(f"it {state}; --repair mends the file, `hexapod-pin check` explains")
+        if not verdict.walks:
+            found += folded(verdict.advice)
+        if self.motor is not None:
+            found += self._motor_lines()
+        if self.budget is None:
+            return found + folded(self.too_short)
+        return found + joint_table(self.budget.kinds, self.lightest, self.voltage).lines()
+
+    def _motor_lines(self) -> list[str]:
+        """Return whether the run's own motor passes, and the first reason why not."""
+        motor = self.motor
+        assert motor is not None
+        if motor.passes:
+            return [f"{motor.motor} passes: largest use {motor.robot.deciding_use:.2g} of allowed"]
+        failed = "; ".join(
+            f"{row.kind} {', '.join(_failed(row))}" for row in motor.kinds if row.failures
+        )
+        return folded(f"need over what is allowed: {failed}")
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return all as plain data; NaN and infinities as None."""
+        lightest = {
+            kind: motor and {"motor": motor.motor, "mass": motor.mass, "use": motor.use}
+            for kind, motor in self.lightest.items()
+        }
+        found: dict[str, Any] = without_non_finite(
+            {
+                "answer": self.lines(),
+                "good": self.good,
+                "margin": self.margin,
+                "verdict": self.verdict.to_dict(),
+                "budget": None if self.budget is None else self.budget.to_dict(),
+                "motor": None if self.motor is None else self.motor.to_dict(),
+                "lightest_motors": lightest,
+                "voltage": self.voltage,
+            }
+        )
+        return found
+
+
+@checked
+def walk_answer(
+    trace: Trace, record: MotorRecord | None = None, *, voltage: float | None = None
+) -> WalkAnswer:
+    r"""Return what a user decides by: whether a robot walks, what it needs, what carries it.
+
+    Args:
+        trace: of any run.
+        record: a motor to judge for all joints: that of the run, or one thought of.
+        voltage: of the battery, for the lightest motors that pass [V]; None: that of `record`,
+            else 12 V, *assumed*.
+
+    Example:
+        >>> answer = walk_answer(trace)
+        >>> print("\n".join(answer.lines()))
+    """
+    supply = voltage or (record.voltage if record is not None else None) or VOLTAGE
+    budget, too_short = None, ""
+    try:
+        budget = torque_budget(trace)
+    except ParameterError as error:
+        too_short = f"no torque table: {error}"
+        if (needs := trace_needs(trace)) is not None:
+            too_short = (
+                f"No cycle of steady walking is in it, so it is no verdict: simulate "
+                f"{needs:.4g} s or more (--duration {needs:.4g})."
+            )
+    motor, lightest = None, dict[str, LightestMotor | None]()
+    if budget is not None:
+        motor, lightest = _motors(trace, record, supply)
+    return WalkAnswer(
+        walk_verdict(trace), budget, too_short, _margin(trace), motor, lightest, supply
+    )
+
+
+def trace_needs(trace: Trace) -> float | None:
+    """Return the shortest duration that holds a whole cycle [s], where this run is shorter."""
+    walk, summary = trace.run.walk, trace.gathered
+    if walk.cycle_time is None or (summary is not None and summary.cycles):
+        return None
+    least = walk.steady_from + walk.cycle_time
+    return least if float(trace.time[-1]) < least else None
+
+
+def _motors(
+    trace: Trace, record: MotorRecord | None, voltage: float
+) -> tuple[MotorBudget | None, dict[str, LightestMotor | None]]:
+    """Return how a motor fares, and the lightest ones that pass; nothing of an unknown robot."""
+    from hexapod_pin.drive.catalog import load_catalog
+
+    try:
+        demand = joint_demand(trace)
+    except (NotRecordedError, ParameterError):
+        if record is not None:
+            raise
+        return None, {}
+    own = None if record is None else motor_budget(demand, record)
+    rows = [row for row in load_catalog() if row.voltage == voltage]
+    return own, lightest_motors(demand, rows)
+
+
+def _margin(trace: Trace) -> float | None:
+    """Return the least static margin of the steady part [m]; None where it is not known."""
+    try:
+        margins = stability(trace).static_margin
+    except HexapodError:
+        return None
+    least = float(np.min(margins, initial=math.inf))
+    return least if math.isfinite(least) else None
+
+
+# The answer as text.
+
+
+NEED_WORDS = {
+    "peak_use": "peak",
+    "continuous_use": "RMS",
+    "thermal_use": "RMS while hottest",
+    "standing_use": "standing",
+    "holding_use": "holding",
+    "lost_leg_use": "with a leg lost",
+    "speed_use": "speed",
+}
+"""What a motor's needs are called in one line."""
+
+
+def motor_failure(motor: MotorBudget) -> str:
+    """Return that a motor fails, and by which of its needs most, in a few words."""
+    row = max((row for row in motor.kinds if row.failures), key=lambda row: row.deciding_use)
+    return f"{motor.motor} FAILS ({row.kind} {_failed(row)[0]})"
+
+
+def _failed(row: MotorUse) -> list[str]:
+    """Return what of a kind is above what is allowed, as needs over it, the largest first."""
+    uses = {name: float(getattr(row, name)) for name in row.failures}
+    texts = [
+        f"{NEED_WORDS[name]} {use:.2f}"
+        for name, use in sorted(uses.items(), key=lambda item: -item[1])
+        if name in NEED_WORDS
+    ]
+    heat = uses.get("winding_temperature")
+    return texts if heat is None else [*texts, f"winding {heat:.0f} deg C"]
+
+
+def _motion(verdict: WalkVerdict, share: bool = True) -> str:
+    """Return how the robot moves, and what share of the plan that is."""
+    path, parts = verdict.travel, []
+    if path.speed_share is not None:
+        of_plan = f" ({path.speed_share:.1%})" if share else ""
+        parts.append(f"walks {path.measured_speed:.3g} m/s{of_plan}")
+    if path.turn_share is not None:
+        of_plan = f" ({path.turn_share:.1%})" if share else ""
+        parts.append(f"turns {_turn_rate(verdict):.3g} deg/s{of_plan}")
+    if parts:
+        return " and ".join(parts)
+    return "stands" if verdict.holds else "stays on its feet"
+
+
+def _turn_rate(verdict: WalkVerdict) -> float:
+    """Return the mean yaw rate [deg/s]."""
+    path = verdict.travel
+    return math.degrees(path.turn) / (path.end - path.start)
+
+
+def joint_table(
+    kinds: Sequence[KindBudget], lightest: Mapping[str, LightestMotor | None], voltage: float
+) -> Table:
+    """Return the need of each kind of joint, that of its worst leg, and what carries it."""
+    head = ["", "peak\n[N m]", "RMS\n[N m]", "speed\n[rad/s]", "of limit\n[%]"]
+    if lightest:
+        head.append(f"lightest motor that passes\nat {voltage:g} V")
+    rows: list[list[Cell]] = []
+    for kind in kinds:
+        peak, rms = kind.peak, kind.rms
+        cells: list[Cell] = [
+            kind.kind,
+            rounded(peak.torque_peak, peak.torque_peak_error),
+            rounded(rms.torque_rms, rms.torque_rms_error),
+            rounded(kind.speed.speed_peak),
+            None if math.isinf(peak.effort_limit) else f"{_of_limit(peak):.0f}",
+        ]
+        rows.append(cells + [_motor_text(kind, lightest)] * bool(lightest))
+    return Table("", head, rows, "<>>>><", rule=False)
+
+
+def _of_limit(row: JointBudget) -> float:
+    """Return the peak over the joint's limit [%]."""
+    return 100.0 * row.torque_peak / row.effort_limit if row.effort_limit > 0.0 else math.inf
+
+
+def _motor_text(kind: KindBudget, lightest: Mapping[str, LightestMotor | None]) -> str:
+    """Return the lightest motor with its use."""
+    if kind.kind not in lightest:
+        return "-"
+    motor = lightest[kind.kind]
+    if motor is None:
+        return "none of the catalogue"
+    return f"{motor.motor.partition(' at ')[0]} ({1e3 * motor.mass:.0f} g), use {motor.use:.2f}"
+
+
+def rounded(value: float, error: float | None = None) -> str:
+    """Return a number with three digits, or as many as its error leaves.
+
+    Args:
+        value: the number.
+        error: how far it may be off; None or 0: it is exact.
+    """
+    if not math.isfinite(value) or value == 0.0:
+        return f"{value:g}"
+    places = DIGITS - 1 - math.floor(math.log10(abs(value)))
+    if error is not None and error > 0.0 and math.isfinite(error):
+        places = min(places, -math.floor(math.log10(error)))
+    return f"{round(value, places):.{max(0, places)}f}"
+
+
+def folded(text: str, width: int = WIDTH) -> list[str]:
+    """Return a text in lines of at most `width` characters, broken between words."""
+    return (
+        textwrap.wrap(text, width, break_long_words=False, break_on_hyphens=False) if text else []
+    )

@@ -1,0 +1,48 @@
+"""What in an accepted URDF makes its torques doubtful, in short phrases.
+
+A file is accepted with inertias in the wrong unit, masses that no body has, or lengths that nothing
+explains. Its torques are computed rightly, but of a robot that does not exist.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+
+from hexapod_pin.robot.repair.finding import Finding
+
+UNITS = ("joints", "inertials", "masses", "inertias")
+"""Numbers of which a finding "... in UNIT" tells the unit; of shapes only pictures depend on it."""
+
+WHOLE = ("absurd mass", "absurd size")
+"""Kinds of finding of the whole robot."""
+
+OF_LINKS = {
+    "inertia against size": "inertia that does not fit the size",
+    "dummy mass": "lighter than air",
+    "too dense": "denser than any metal",
+    "centre of mass outside": "centre of mass outside the body",
+}
+"""Phrases by kind of finding of a link."""
+
+
+def doubts(findings: Sequence[Finding]) -> tuple[str, ...]:
+    """Return why torques of an accepted file may be wrong, a phrase each; mostly nothing.
+
+    Args:
+        findings: of the file, as of `find_all`.
+    """
+    found = []
+    for finding in findings:
+        numbers, joined, unit = finding.what.partition(" in ")
+        if joined and numbers in UNITS:
+            found.append(f"{numbers} look like {unit}, not SI units")
+        elif finding.what in WHOLE:
+            found.append(f"{finding.what}: {finding.value}")
+    links = Counter(finding.what for finding in findings if finding.what in OF_LINKS)
+    if any(text.startswith("inertias") for text in found):
+        links.pop("inertia against size", None)
+    places = {finding.what: finding.where for finding in findings}
+    for kind, count in links.items():
+        found.append(f"{OF_LINKS[kind]}: {places[kind] if count == 1 else f'{count} links'}")
+    return tuple(found)

@@ -1,0 +1,148 @@
+"""The lines that a user decides by: what stands first, its doubts, and the motors that carry it."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from conftest import Run
+
+import hexapod_pin as hp
+from hexapod_pin.results.sizing import joint_demand, motor_budget
+from hexapod_pin.results.sizing.lightest import lightest_motors
+from hexapod_pin.results.walk_answer import WIDTH, rounded, walk_answer
+
+WALK = (*"--gait tripod --cycle-time 0.8 --stroke 0.05 --no-html".split(),)
+
+
+@pytest.fixture(scope="module")
+def trace() -> hp.Trace:
+    """A walk of one steady cycle and more."""
+    gait = hp.Gait.tripod(stroke=0.05, cycle_time=0.8)
+    return hp.simulate(
+        hp.Scene(hp.load_robot("kharagpur")), hp.KinematicControl(gait), duration=2.4
+    )
+
+
+def scaled_inertias(folder: Path, factor: float, link: str = "") -> Path:
+    """Write kharagpur with the inertias of all links, or of one, times a factor."""
+    text = hp.load_robot("kharagpur").urdf
+    number = re.compile(r'(i[xyz]{2})="([^"]+)"')
+
+    def larger(inertia: re.Match[str]) -> str:
+        return number.sub(lambda m: f'{m[1]}="{factor * float(m[2])!r}"', inertia[0])
+
+    parts = re.split(r"(?=<link )", text)
+    changed = [
+        re.sub(r"<inertia [^>]*>", larger, part)
+        if part.startswith(f'<link name="{link}' if link else "<link ")
+        else part
+        for part in parts
+    ]
+    path = folder / "scaled.urdf"
+    path.write_text("".join(changed))
+    return path
+
+
+def test_eight_lines_with_the_verdict_first(run: Run) -> None:
+    done = run("walk", "kharagpur", *WALK)
+    lines = done.out.splitlines()
+    assert done.status == 0 and len(lines) == 8
+    assert max(map(len, lines)) <= WIDTH
+    assert re.match(
+        r"kharagpur walks 0\.12\d m/s \(\d+\.\d%\), slip \S+ %, margin \d+ mm", lines[0]
+    )
+    assert [line.split()[0] for line in lines[3:6]] == ["coxa", "femur", "tibia"]
+    assert "assumed (--assumed)" in lines[6]
+    assert lines[7] == "wrote walk.nc   next: hexapod-pin select kharagpur"
+    budget = run("budget", "walk.nc").out.splitlines()
+    assert budget[:6] == lines[:6]
+
+
+def test_inertias_in_another_unit_are_in_the_first_line(run: Run, tmp_path: Path) -> None:
+    """Torques three times too large were said to be those of a robot that walks."""
+    path = scaled_inertias(tmp_path, 1000.0)
+    done = run("walk", path.name, *WALK)
+    first = done.out.splitlines()[0]
+    assert done.status == 3
+    assert "NOT to be trusted" in first and "inertias look like g m^2" in first
+    assert "--repair" in done.out
+    sound = run("walk", "kharagpur", *WALK, "--json", "--out", "sound.nc")
+    peaks = {k["kind"]: k["peak"]["torque_peak"] for k in json.loads(sound.out)["budget"]["kinds"]}
+    tried = " ".join(done.out.split()).split("tried with --repair, peaks are: ")[1]
+    for kind, peak in peaks.items():
+        found = float(re.search(rf"{kind} ([\d.]+)", tried)[1])  # type: ignore[index]
+        assert found == pytest.approx(peak, rel=0.02)  # factors of ten are written with few digits
+    assert run("budget", "walk.nc").status == 3
+
+
+def test_a_doubt_that_changes_no_torque_is_not_in_the_first_line(run: Run, tmp_path: Path) -> None:
+    """One coxa with 70 times its inertia: tried with the repaired file, nothing changes."""
+    path = scaled_inertias(tmp_path, 70.0, "lf_coxa")
+    robot = hp.load_robot(path)
+    assert len(robot.doubts) == 1 and "fit the size: link" in robot.doubts[0]
+    done = run("walk", path.name, *WALK)
+    assert done.status == 0 and " walks " in done.out.splitlines()[0]
+    assert "no torque changes by more than" in " ".join(done.out.split())
+
+
+def test_one_verdict_on_a_motor(run: Run, trace: hp.Trace) -> None:
+    """`walk --motor` said that no joint was at its limit; `budget --motor` that it fails."""
+    walked = run("walk", "kharagpur", *WALK, "--motor", "AX-12A")
+    first = walked.out.splitlines()[0]
+    assert walked.status == 3 and "but AX-12A at 12 V FAILS (femur" in first
+    judged = run("budget", "walk.nc", "--motor", "AX-12A")
+    assert judged.out.splitlines()[0] == first and judged.status == 3
+    record = hp.load_catalog().get("AX-12A")
+    answer = walk_answer(trace, record)
+    assert not answer.good and answer.motor is not None
+    assert answer.motor.reasons == motor_budget(joint_demand(trace), record).reasons
+    strong = walk_answer(trace, hp.load_catalog().get("MX-64", 12.0))
+    assert strong.good and "MX-64 at 12 V passes" in "\n".join(strong.lines())
+
+
+def test_lightest_motors_are_the_first_that_pass(trace: hp.Trace) -> None:
+    """By kind of joint, none lighter passes; the use is that of the motor's own budget."""
+    demand, rows = joint_demand(trace), [r for r in hp.load_catalog() if r.voltage == 12.0]
+    usable = [row for row in rows if row.mass and row.stall_torque and row.no_load_speed]
+    found = lightest_motors(demand, rows)
+    assert set(found) == {"coxa", "femur", "tibia"}
+    for kind, motor in found.items():
+        assert motor is not None
+        uses = {row.name: motor_budget(demand, row).kind(kind) for row in usable}
+        passing = [row.mass for row in usable if uses[row.name].passes]
+        assert motor.mass == min(mass for mass in passing if mass is not None)
+        assert motor.use == uses[motor.motor].deciding_use <= 1.0
+    assert lightest_motors(demand, []) == dict.fromkeys(found)
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "text"),
+    [
+        (0.4612, 0.002, "0.461"), (1.1163, 0.01, "1.12"), (1.1163, 0.04, "1.12"),
+        (1.1163, 0.2, "1.1"), (0.05983, None, "0.0598"), (123.456, None, "123"), (0.0, 1e-9, "0"),
+        (2.0, 0.0, "2.00"), (1.1163, 3.0, "1"),
+    ],
+)  # fmt: skip
+def test_numbers_have_no_digit_below_their_error(
+    value: float, error: float | None, text: str
+) -> None:
+    assert rounded(value, error) == text
+
+
+def test_a_run_without_a_cycle_is_no_verdict(run: Run) -> None:
+    done = run("walk", "kharagpur", *WALK, "--duration", "0.5")
+    lines = done.out.splitlines()
+    assert done.status == 0 and lines[0].startswith("so far: kharagpur")
+    assert "simulate 2.4 s or more (--duration 2.4)" in " ".join(lines[1:3])
+
+
+def test_the_catalogue_is_ranked(run: Run, trace: hp.Trace) -> None:
+    """The command ended in an error of a check that took a catalogue for no sequence."""
+    trace.save("walk.nc")
+    done = run("budget", "walk.nc", "--catalog")
+    assert done.status == 0 and " motors pass all joints" in done.out
+    assert len(done.out.splitlines()) <= 18
+    assert "Why not" in run("budget", "walk.nc", "--catalog", "--full").out
