@@ -23,7 +23,7 @@ from typing import Any, TypeVar, overload
 
 import numpy as np
 
-from hexapod_pin.errors import HexapodError, ParameterError
+from hexapod_pin.errors import ArgumentError, HexapodError, ParameterError
 from hexapod_pin.type_checks import (
     ANYTHING,
     CALL,
@@ -160,7 +160,11 @@ def _refuse_wrong(
     try:
         check(value)
     except WrongTypeError as error:
-        raise ParameterError(path + error.where, error.value, error.allowed) from failure
+        from hexapod_pin.meant import made_by
+
+        place = path + error.where
+        hint = made_by(place.rpartition(".")[2], error.value)
+        raise ParameterError(place, error.value, error.allowed, hint) from failure
 
 
 def _checked(function: Any, path: str, owner: Any, but: str = "") -> Any:
@@ -177,6 +181,7 @@ def _checked(function: Any, path: str, owner: Any, but: str = "") -> Any:
         except HexapodError:
             raise
         except Exception as failure:
+            arguments.require_known(args, keywords, failure)
             arguments.refuse(args, keywords, failure)
             _explain(path, arguments.given(args, keywords), arguments.hints, failure)
             raise
@@ -227,6 +232,29 @@ class _Arguments:
                 names.get(name, others)(value)
         except WrongTypeError:
             self.refuse(args, keywords)
+
+    def require_known(
+        self, args: tuple[Any, ...], keywords: dict[str, Any], failure: Exception
+    ) -> None:
+        """Refuse arguments that the function does not have, and a call that lacks some.
+
+        Raises:
+            ArgumentError: there are such; its cause is the failure of the call.
+        """
+        if not isinstance(failure, TypeError):
+            return
+        try:
+            self._signature.bind(*args, **keywords)
+        except TypeError as wrong:
+            from hexapod_pin.meant import unknown_argument
+
+            own = self._owner is not None and next(iter(self._signature.parameters), "") == "self"
+            known = list(self._signature.parameters)[own:]
+            for name in keywords:
+                if name not in known:
+                    raise unknown_argument(self._path, name, known) from failure
+            text = f"{self._path}: {wrong}. It takes {', '.join(known) or 'nothing'}."
+            raise ArgumentError(self._path, "", text) from failure
 
     def refuse(
         self, args: tuple[Any, ...], keywords: dict[str, Any], failure: Exception | None = None

@@ -92,6 +92,20 @@ class ParameterError(HexapodError, ValueError):
         super().__init__(f"{name} = {value!r}: must be {allowed}." + (f" {hint}" if hint else ""))
 
 
+class ArgumentError(HexapodError, TypeError):
+    """A call has an argument that does not exist, or lacks one.
+
+    Attributes:
+        call: what was called.
+        name: of the argument; empty where the number of arguments is wrong.
+    """
+
+    def __init__(self, call: str, name: str, text: str) -> None:
+        """Store the parts; `text` is the whole message."""
+        self.call, self.name = call, name
+        super().__init__(text)
+
+
 class CatalogFault(NamedTuple):
     """What is wrong in a file of motors.
 

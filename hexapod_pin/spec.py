@@ -9,12 +9,13 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import lru_cache
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import AfterValidator, BaseModel, ConfigDict, ValidationError
 
 from hexapod_pin.arguments import check_fields, check_members
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.meant import meant_by
 from hexapod_pin.type_checks import PARAMETERS
 
 if TYPE_CHECKING:
@@ -33,7 +34,7 @@ class Spec(BaseModel):
     def __init__(self, /, **fields: Any) -> None:
         """Validate `fields`."""
         check_fields(type(self), fields, PARAMETERS)
-        with plain_errors(type(self).__name__, fields):
+        with plain_errors(type(self).__name__, fields, tuple(type(self).model_fields)):
             super().__init__(**fields)
 
     @classmethod
@@ -47,7 +48,7 @@ class Spec(BaseModel):
         table = isinstance(obj, Mapping) and all(isinstance(key, str) for key in obj)
         if not table and not isinstance(obj, cls):
             raise ParameterError(cls.__name__, obj, f"a {cls.__name__}, or a mapping of its fields")
-        with plain_errors(cls.__name__, obj):
+        with plain_errors(cls.__name__, obj, tuple(cls.model_fields)):
             return super().model_validate(obj, **options)
 
     def __str__(self) -> str:
@@ -56,12 +57,18 @@ class Spec(BaseModel):
 
 
 @contextmanager
-def plain_errors(owner: str, data: Any) -> Iterator[None]:
-    """Raise pydantic's refusals of data as errors of this package; `owner` is what is made."""
+def plain_errors(owner: str, data: Any, known: Sequence[str] = ()) -> Iterator[None]:
+    """Raise pydantic's refusals of data as errors of this package.
+
+    Args:
+        owner: name of what is made.
+        data: of which it is made.
+        known: names of its fields.
+    """
     try:
         yield
     except ValidationError as error:
-        raise parameter_error(owner, error, data) from error
+        raise parameter_error(owner, error, data, known) from error
 
 
 _TYPES = {
@@ -71,13 +78,16 @@ _TYPES = {
 """What pydantic's errors about a type are called here, by the first part of their name."""
 
 
-def parameter_error(owner: str, error: ValidationError, data: Any) -> ParameterError:
+def parameter_error(
+    owner: str, error: ValidationError, data: Any, known: Sequence[str] = ()
+) -> ParameterError:
     """Turn pydantic's finding that is deepest within the data into this package's error.
 
     Args:
         owner: name of what was to be made.
         error: pydantic's.
         data: of which it was to be made.
+        known: names of the fields of what was to be made.
     """
     places = [(_place(one["loc"], data, one["type"]), one) for one in error.errors()]
     place, found = max(places, key=lambda pair: len(pair[0]))
@@ -86,7 +96,9 @@ def parameter_error(owner: str, error: ValidationError, data: Any) -> ParameterE
         return cause
     where = owner + "".join(f"[{p}]" if isinstance(p, int) else f".{p}" for p in place)
     if found["type"] == "extra_forbidden":
-        return ParameterError(where, found["input"], "left out: there is no such parameter")
+        meant = meant_by(str(place[-1]), known) if len(place) == 1 else None
+        hint = "" if meant is None else f"{meant} was probably meant."
+        return ParameterError(where, found["input"], "left out: there is no such parameter", hint)
     if found["type"] == "missing":
         return ParameterError(where, None, "given: it has no default")
     allowed = found["msg"][0].lower() + found["msg"][1:]
@@ -111,6 +123,25 @@ def _place(steps: tuple[int | str, ...], data: Any, kind: str) -> list[int | str
             continue
         place.append(step)
     return place
+
+
+def _within_turns(value: float) -> float:
+    """Return an angle of at most one turn either way.
+
+    Raises:
+        ValueError: it is larger.
+    """
+    if abs(value) > LARGEST_ANGLE:
+        radians = f"; {value:g} degrees are {math.radians(value):.4g} rad"
+        raise ValueError(f"from -2 pi to 2 pi rad{radians}")
+    return value
+
+
+LARGEST_ANGLE = 2.0 * math.pi + 1e-9
+"""Of a heading, and of what a robot turns by in a second: a larger one is in degrees [rad]."""
+
+Radians = Annotated[float, AfterValidator(_within_turns)]
+"""An angle [rad], or an angle in a second [rad/s]; one beyond a turn was meant in degrees."""
 
 
 def require_factor(factor: float, name: str = "factor") -> float:

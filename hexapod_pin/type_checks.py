@@ -257,8 +257,7 @@ def _each(check: Check, exact: type | None = None, *, stored: bool = True) -> Ch
             return
         if not stored and isinstance(value, abc.Iterator):
             return  # its items are made as they are taken
-        many = _is_collection(value) or (not stored and isinstance(value, abc.Iterable))
-        if not many or isinstance(value, str | bytes | bytearray | Mapping):
+        if not _is_collection(value) or isinstance(value, str | bytes | bytearray | Mapping):
             raise WrongTypeError(value, "a sequence")
         index = 0
         try:

@@ -50,6 +50,16 @@ def test_a_table_has_names_units_and_every_bit(trace: hp.Trace, tmp_path: Path) 
         assert np.array_equal(rows[:, head.index(name)], values), name
 
 
+def test_pandas_has_the_same_columns(trace: hp.Trace, tmp_path: Path) -> None:
+    """One row per sample: `to_dataset().to_dataframe()` of a walk ran out of memory."""
+    frame = trace.to_pandas()
+    head, rows = table(trace.save(tmp_path / "t.csv").read_text())
+    assert [frame.index.name, *frame.columns] == head
+    assert frame.shape == (len(trace.time), len(head) - 1)
+    assert (frame.to_numpy(dtype=float) == rows[:, 1:]).all()
+    assert (frame.index.to_numpy() == trace.time).all()
+
+
 def test_a_compressed_table_is_the_same(trace: hp.Trace, tmp_path: Path) -> None:
     plain = trace.save(tmp_path / "walk.csv").read_bytes()
     packed = trace.save(tmp_path / "walk.csv.gz").read_bytes()

@@ -41,6 +41,11 @@ def check_controller(controller: Any) -> None:
         )
     if hasattr(controller, "plan"):
         return
+    if isinstance(controller, Gait):
+        raise ParameterError(
+            "controller", controller.name, "a controller, not a gait",
+            "KinematicControl(gait) walks it.",
+        )  # fmt: skip
     missing = [name for name in FEEDBACK if not hasattr(controller, name)]
     if missing:
         raise ParameterError(

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_serializer
 
 from hexapod_pin.errors import GaitError, ParameterError, UnknownNameError
-from hexapod_pin.spec import Spec
+from hexapod_pin.spec import Radians, Spec
 
 if TYPE_CHECKING:
     from pydantic import SerializerFunctionWrapHandler
@@ -130,8 +130,8 @@ class Gait(Spec):
     stroke: float = Field(default=0.14, ge=0.0)
     cycle_time: float = Field(default=2.4, ge=1e-3, le=LONGEST_CYCLE)
     lift: float = Field(default=0.02, ge=0.0)
-    heading: float = 0.0
-    turn_rate: float = 0.0
+    heading: Radians = 0.0
+    turn_rate: Radians = 0.0
     leg_names: tuple[str, ...] | None = None
 
     def __init__(self, /, **fields: Any) -> None:

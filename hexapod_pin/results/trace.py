@@ -24,7 +24,7 @@ from hexapod_pin.results.run_facts import ALWAYS, GROUP_OF, GROUPS
 from hexapod_pin.results.run_record import UNKNOWN, Event, JointLimits, RunRecord
 from hexapod_pin.results.schema import Record, quantity, require_known, schema
 from hexapod_pin.results.summary import Summary
-from hexapod_pin.results.trace_csv import csv_bytes
+from hexapod_pin.results.trace_csv import csv_bytes, sampled_table
 from hexapod_pin.results.trace_layout import (
     BASE_Q,
     BASE_V,
@@ -39,6 +39,7 @@ from hexapod_pin.results.trace_layout import (
 )
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
 
 LATEST_SAMPLE = 1e10
@@ -353,6 +354,23 @@ class Trace(Record):  # noqa: PLW1641  # no record has a hash
         `xarray.open_dataset(path, engine="h5netcdf")` of a saved trace gives the same.
         """
         return super().to_dataset().assign_attrs(trace_attributes(self))
+
+    def to_pandas(self) -> pandas.DataFrame:
+        """Return a table for pandas: one row per sample, its time as index.
+
+        Columns are those of a ".csv" file: a quantity, its joint, foot or axis, and its unit, such
+        as "foot_force.lf_foot.z [N]". (`to_dataset().to_dataframe()` would make a row for every
+        combination of joint, foot, axis and time.)
+        """
+        import pandas
+
+        head, tables = sampled_table(self.columns())
+        numbers = {
+            name: values
+            for name, values in zip(head, (c for t in tables for c in t.T), strict=True)
+        }
+        time = numbers.pop(next(iter(numbers)))
+        return pandas.DataFrame(numbers, index=pandas.Index(time, name="time [s]"))
 
     def save(self, path: str | Path) -> Path:
         """Write the trace to a file, wholly or not at all, and return its path.

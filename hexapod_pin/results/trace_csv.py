@@ -33,10 +33,8 @@ def csv_bytes(path: str | Path, columns: Mapping[str, Column]) -> bytes:
         columns: of a trace; those along time are written.
     """
     stream = io.StringIO()
-    sampled = {name: c for name, c in columns.items() if c.dims[:1] == ("time",)}
-    head = [text for name, c in sampled.items() for text in _headings(name, c, columns)]
-    csv.writer(stream, lineterminator="\n").writerow(head)
-    tables = [c.values.reshape(len(c.values), -1) for c in sampled.values()]
+    head, tables = sampled_table(columns)
+    csv.writer(stream, lineterminator="\n").writerow(map(csv_cell, head))
     for row in zip(*(_texts(table) for table in tables), strict=True):
         stream.write(",".join(row) + "\n")
     text = encoded(stream.getvalue())
@@ -45,12 +43,25 @@ def csv_bytes(path: str | Path, columns: Mapping[str, Column]) -> bytes:
     return gzip.compress(text, LEVEL, mtime=0)
 
 
+def sampled_table(
+    columns: Mapping[str, Column],
+) -> tuple[list[str], list[np.ndarray[tuple[int, ...], np.dtype[np.float64]]]]:
+    """Return the headings and numbers of what is along time: T rows, of one table or several.
+
+    Args:
+        columns: of a trace.
+    """
+    sampled = {name: c for name, c in columns.items() if c.dims[:1] == ("time",)}
+    head = [text for name, c in sampled.items() for text in _headings(name, c, columns)]
+    return head, [c.values.reshape(len(c.values), -1) for c in sampled.values()]
+
+
 def _headings(name: str, column: Column, columns: Mapping[str, Column]) -> Iterator[str]:
     """Return a heading for each number in a row of a variable."""
     labels = [columns[axis].values.tolist() for axis in column.dims[1:]]
     units = _units(name, column, [len(names) for names in labels])
     for unit, place in zip(units, product(*labels), strict=True):
-        yield csv_cell(f"{'.'.join((name, *place))} [{unit}]")
+        yield f"{'.'.join((name, *place))} [{unit}]"
 
 
 def _units(name: str, column: Column, sizes: list[int]) -> list[str]:

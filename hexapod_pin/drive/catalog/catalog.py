@@ -48,6 +48,10 @@ class Catalog:
         """Iterate over the records."""
         return iter(self.records)
 
+    def __contains__(self, record: object) -> bool:
+        """Return whether it has a record."""
+        return record in self.records
+
     def __len__(self) -> int:
         """Return the number of records."""
         return len(self.records)

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field
 
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.spec import Spec
+from hexapod_pin.spec import Radians, Spec
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -27,7 +27,7 @@ Place = Annotated[float, Field(ge=-FARTHEST_M, le=FARTHEST_M)]
 Size = Annotated[float, Field(gt=0.0, le=FARTHEST_M)]
 """A length [m]."""
 
-Heading = Annotated[float, Field(ge=-1e3, le=1e3)]
+Heading = Radians
 """A direction in the horizontal plane, from x to y [rad]."""
 
 CLEARANCE_TOLERANCE_M = 1e-12  # clearance that counts as none [m]
