@@ -10,6 +10,7 @@ import pytest
 from conftest import Run
 
 import hexapod_pin as hp
+from hexapod_pin.results.ground_obstacle import SPACING, Obstacle, find_obstacle
 from hexapod_pin.results.sizing import joint_demand, motor_budget
 from hexapod_pin.results.sizing.lightest import lightest_motors
 from hexapod_pin.results.walk_answer import WIDTH, rounded, walk_answer
@@ -146,3 +147,83 @@ def test_the_catalogue_is_ranked(run: Run, trace: hp.Trace) -> None:
     assert done.status == 0 and " motors pass all joints" in done.out
     assert len(done.out.splitlines()) <= 18
     assert "Why not" in run("budget", "walk.nc", "--catalog", "--full").out
+
+
+# Advice: the cause in the first line, and what to change tried by a run.
+
+
+def test_a_stair_higher_than_the_lift(run: Run) -> None:
+    """The advice was a larger friction coefficient; the cure named now was tried."""
+    done = run("walk", "kharagpur", "--terrain", "stairs:0.03", "--no-html", "--duration", "10")
+    said = " ".join(done.out.split())
+    assert done.status == 3
+    assert re.fullmatch(
+        r"kharagpur does not walk: the ground is (29|30) mm high, its lift 20 mm",
+        done.out.splitlines()[0],
+    )
+    assert "lift them by 40 mm (--lift 0.04)" in said
+    assert re.search(r"tried with --lift 0.04: it walks, 0\.\d+ of 0\.\d+ m", said)
+    higher = run(
+        "walk", "kharagpur", *"--terrain stairs:0.03 --lift 0.04 --no-html --duration 10".split()
+    )
+    assert higher.status == 0
+
+
+def test_a_slope_too_steep_for_friction(run: Run) -> None:
+    """40 degrees with a friction coefficient of 0.7, which holds up to 35."""
+    options = "--terrain slope:40 --duration 4 --quick --gait tripod --cycle-time 1"
+    done = run("walk", "kharagpur", *options.split(), "--no-html")
+    first = done.out.splitlines()[0]
+    assert done.status == 3 and "40 degrees are too steep for friction of 0.7" in first
+
+
+def test_obstacles_stand_above_the_line_between_footholds() -> None:
+    """A slope has none; a riser its height less that of the line; closed forms."""
+    robot = hp.load_robot("kharagpur")
+    gait = hp.Gait.tripod(stroke=0.1, cycle_time=1.0, lift=0.03)
+
+    def found(terrain: hp.Flat | hp.Slope | hp.Stairs) -> Obstacle:
+        scene = hp.Scene(robot, terrain=terrain)
+        trace = hp.simulate(scene, hp.KinematicControl(gait), duration=1.0, step=1e-3)
+        obstacle = find_obstacle(trace)
+        assert obstacle is not None
+        return obstacle
+
+    assert found(hp.Flat()).height == 0.0
+    assert found(hp.Slope(angle=0.2)).height == pytest.approx(0.0, abs=1e-12)
+    riser = found(hp.Stairs(rise=0.02, run=1.0, count=1, start=0.3))
+    swing = 0.1 / 0.5
+    assert 0.02 * (1.0 - 2.0 * SPACING / swing) <= riser.height <= 0.02
+    assert riser.is_cleared and not riser._replace(lift=0.02).is_cleared
+    assert riser._replace(height=0.0195).advised_lift == pytest.approx(0.03)
+
+
+@pytest.mark.parametrize(
+    ("option", "text", "said"),
+    [
+        ("--terrain", "moon", "stairs:RISE"), ("--terrain", "stairs:x", "a number instead of 'x'"),
+        ("--terrain", "bumps:0.02:a", "the seed an integer"),
+        ("--terrain", "none.toml", "none.toml"), ("--payload", "heavy", "a number instead of"),
+        ("--push", "20N", "FORCE@TIME"), ("--lost-leg", "xx", "xx"),
+        ("--payload", "1kg@nolink", "nolink"),
+    ],
+)  # fmt: skip
+def test_ground_and_loads_that_are_none(run: Run, option: str, text: str, said: str) -> None:
+    done = run("walk", "kharagpur", *WALK, "--duration", "0.1", option, text)
+    assert done.status == 2 and said in done.err and done.left == []
+
+
+def test_ground_and_loads_reach_the_case(run: Run, tmp_path: Path) -> None:
+    """Each option is what a case file says in full."""
+    (tmp_path / "ground.toml").write_text('kind = "ramp"\nangle = 0.1\nstart = 0.5\nlength = 0.4\n')
+    options = "--terrain ground.toml --payload 1.5kg@lf_tibia --push -20N@1s --lost-leg rm@0.05s"
+    done = run("walk", "kharagpur", *WALK, *"--duration 0.1 --save-case c.toml".split(),
+               *options.split())  # fmt: skip
+    assert done.status == 0, done.err
+    scene = hp.load_case("c.toml").scene
+    assert scene.terrain == hp.Ramp(angle=0.1, start=0.5, length=0.4)
+    assert scene.loads == (
+        hp.loads.Payload("lf_tibia", 1.5),
+        hp.loads.Push("base_link", force=(0.0, -20.0, 0.0), start=1.0, duration=0.1),
+        hp.loads.LostLeg("rm", 0.05),
+    )

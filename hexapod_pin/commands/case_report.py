@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hexapod_pin.commands.cure_trial import try_cure
 from hexapod_pin.commands.repair_trial import try_repaired
 from hexapod_pin.commands.terminal import echo
 from hexapod_pin.results.run_facts import events_text
@@ -54,6 +55,7 @@ class CaseToReport:
         remarks: what else to know of them, a few words each.
         motor: the motor of all joints, of the catalogue.
         repaired: makes the case with the robot's file repaired, where the file is doubtful.
+        changed: makes the case with another value of a field of its gait.
         following: command for the next step.
     """
 
@@ -63,6 +65,7 @@ class CaseToReport:
     remarks: Sequence[str] = ()
     motor: MotorRecord | None = None
     repaired: Callable[[], Case] | None = None
+    changed: Callable[[str, float], Case] | None = None
     following: str = ""
 
 
@@ -97,6 +100,8 @@ def run_and_report(
     if answer.verdict.doubts and job.repaired is not None and not shown.quick:
         trial = try_repaired(answer, job.repaired)
         answer, more = trial.judged(answer), [*more, trial.line]
+    if not answer.verdict.walks and job.changed is not None and not shown.quick:
+        more.append(try_cure(answer.verdict, job.changed))
     if not shown.json:
         echo("\n".join(answer.lines()))
     with written_files(quiet=True) as files:

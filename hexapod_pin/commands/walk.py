@@ -48,6 +48,7 @@ from hexapod_pin.commands.options import (
     import_code,
     load_options,
 )
+from hexapod_pin.commands.scene_options import TERRAIN_HELP, read_loads, read_terrain_option
 from hexapod_pin.commands.terminal import announce, echo
 
 if TYPE_CHECKING:
@@ -104,6 +105,16 @@ def walk(
             "linear (all three assumed rubber); s2: ADAMS IMPACT; soil: feet sink into sand."
         ),
     ] = "accurate",
+    terrain: Annotated[OptionalText, typer.Option(help=TERRAIN_HELP)] = None,
+    payload: Annotated[
+        OptionalText, typer.Option(help="MASS[@LINK], such as 1kg or 0.5kg@lf_tibia [kg].")
+    ] = None,
+    push: Annotated[
+        OptionalText, typer.Option(help="FORCE@TIME: to the left on the trunk, such as 20N@1s.")
+    ] = None,
+    lost_leg: Annotated[
+        OptionalText, typer.Option(help="LEG[@TIME]: its drives give no torque, such as rf@2s.")
+    ] = None,
     mu: Annotated[
         OptionalFloat,
         typer.Option(help="Friction coefficient (s2: the static one, at the same ratio)."),
@@ -195,6 +206,7 @@ def walk(
     from hexapod_pin.drive.servo import Servo
     from hexapod_pin.errors import ParameterError
     from hexapod_pin.ground.contact import Contact
+    from hexapod_pin.ground.terrain import Flat
     from hexapod_pin.robot.robot import load_robot
     from hexapod_pin.scene.scene import Scene
     from hexapod_pin.simulation.case import Case
@@ -225,7 +237,11 @@ def walk(
     if motors.motor is not None:
         servo = servo.model_copy(update={"motor": motors.motor})
     laws = Contact.preset(contact).with_mu(mu)
-    scene = Scene(loaded, contact=laws, servo=servo, prescribed=prescribed)
+    scene = Scene(
+        loaded, contact=laws, servo=servo, prescribed=prescribed,
+        terrain=read_terrain_option(terrain) or Flat(),
+        loads=read_loads(loaded, payload, push, lost_leg),
+    )  # fmt: skip
     case = Case(
         scene, KinematicControl(chosen), duration=time,
         accuracy=accuracy, torque_accuracy=_number_or_share(torque_accuracy),
@@ -242,11 +258,14 @@ def walk(
         mended = load_robot(robot, options=options.model_copy(update={"repair": True}))
         return replace(case, scene=replace(scene, robot=mended))
 
+    def changed(name: str, value: float) -> Case:
+        return replace(case, controller=KinematicControl(chosen.with_changes(**{name: value})))
+
     doubtful = bool(loaded.doubts) and not options.repair
     job = CaseToReport(
         case, f"walking {length_of(case)}", [*_plan_lines(loaded, fitted), *motors.lines],
         _remarks(loaded, fitted), motors.record, repaired if doubtful else None,
-        f"hexapod-pin select {robot}",
+        changed, f"hexapod-pin select {robot}",
     )  # fmt: skip
     shown = Shown(full, joints, assumed, json, verdict, quick, threads)
     run_and_report(job, trace_path, html_path, shown)

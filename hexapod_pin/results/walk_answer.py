@@ -81,7 +81,7 @@ class WalkAnswer(Immutable):
             more = f" and {len(doubts) - 1} more" if len(doubts) > 1 else ""
             return f"{name}: torques are NOT to be trusted: {doubts[0]}{more}"
         if not verdict.walks:
-            return f"{name} does not walk: {verdict.reason}"
+            return f"{name} does not walk: {verdict.cause or verdict.reason}"
         if self.motor is not None and not self.motor.passes:
             return f"{name} {_motion(verdict, share=False)}, but {motor_failure(self.motor)}"
         start = f"so far: {name}" if self.budget is None else name
@@ -93,13 +93,15 @@ class WalkAnswer(Immutable):
         """Return slip, margin and limits, a few words each."""
         verdict = self.verdict
         slip = None if verdict.slip is None else verdict.slip.total
-        parts = [] if slip is None else [f"slip {100.0 * slip:.2g} %"]
+        parts = [] if slip is None else [f"slip {_percent(slip)}"]
         if self.margin is not None:
             parts.append(f"margin {1e3 * self.margin:.0f} mm")
         torque, speed = verdict.at_torque_limit, verdict.at_speed_limit
         for what, share in (("torque", torque), ("speed", speed)):
             if share.joints and not verdict.prescribed:
-                parts.append(f"{share.joint} at its {what} limit {share.share:.2g} of the time")
+                parts.append(
+                    f"{share.joint} at its {what} limit {_percent(share.share)} of the time"
+                )
         if len(parts) == (slip is not None) + (self.margin is not None):
             parts.append("prescribed motion" if verdict.prescribed else NO_LIMIT)
         return parts
@@ -112,7 +114,8 @@ class WalkAnswer(Immutable):
             state = "walks with these numbers" if verdict.walks else f"does not: {verdict.reason}"
             found += folded(f"it {state}; --repair mends the file, `hexapod-pin check` explains")
         if not verdict.walks:
-            found += folded(verdict.advice)
+            reason = f"{verdict.reason}; " if verdict.cause and not verdict.doubts else ""
+            found += folded(f"{reason}{verdict.advice}")
         if self.motor is not None:
             found += self._motor_lines()
         if self.budget is None:
@@ -267,6 +270,11 @@ def _motion(verdict: WalkVerdict, share: bool = True) -> str:
     if parts:
         return " and ".join(parts)
     return "stands" if verdict.holds else "stays on its feet"
+
+
+def _percent(share: float) -> str:
+    """Return a share in percent, with two digits or as an integer."""
+    return f"{100.0 * share:.2g} %" if share < 1.0 else f"{100.0 * share:.0f} %"
 
 
 def _turn_rate(verdict: WalkVerdict) -> float:

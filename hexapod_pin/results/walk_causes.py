@@ -9,6 +9,7 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import HexapodError
+from hexapod_pin.results.ground_obstacle import find_obstacle
 from hexapod_pin.results.joint_budget import LIMITED_TORQUE_SHARE
 from hexapod_pin.results.recorded_robot import RecordedRobot
 from hexapod_pin.results.summary import Summary
@@ -170,11 +171,33 @@ def static_need(trace: Trace) -> StaticNeed | None:
     return StaticNeed(trace.joint_names[worst], float(torque[worst]), float(limit[worst]))
 
 
+class Advice(NamedTuple):
+    """What to change where a robot does not walk.
+
+    Attributes:
+        cause: why it does not walk, in a few words.
+        text: what to change, in words, with the option of `walk`.
+        change: the field of the gait and its value, where a run can try it; None where not.
+    """
+
+    cause: str
+    text: str
+    change: tuple[str, float] | None = None
+
+
+NO_ADVICE = Advice("", "")
+
+LONGER = 1.5
+"""A cycle that is tried over that of the run [-]."""
+
+
 def advice(
     trace: Trace, *, at_start: bool, torque: JointShare, speed: JointShare, slip: Slip | None,
     lag: JointShare,
-) -> str:  # fmt: skip
+) -> Advice:  # fmt: skip
     """Return what to change, by the first of the causes that shows.
+
+    The robot's weight and the ground come first: what they do shows in torques and slip, too.
 
     Args:
         trace: of the run.
@@ -185,36 +208,92 @@ def advice(
         lag: the joint farthest from its set-point.
     """
     if at_start:
-        return "the trunk lies on the ground as the robot stands: choose a higher posture"
+        return Advice(
+            "its trunk lies on the ground",
+            "the trunk lies on the ground as the robot stands: choose a higher posture",
+        )
     prescribed = trace.run.prescribed
     need = None if prescribed else static_need(trace)
     if need is not None and need.torque > need.effort_limit:
-        return (
+        return Advice(
+            f"{need.joint} is too weak to stand: {need.effort_limit:.3g} of {need.torque:.3g} N m",
             f"effort is too small for its weight: standing on the fewest feet takes "
             f"{need.torque:.3g} N m at {need.joint}, which has {need.effort_limit:.3g}: give it "
-            f"{RESERVE * need.torque:.2g} N m or more, or make the robot lighter"
+            f"{RESERVE * need.torque:.2g} N m or more, or make the robot lighter",
         )
+    if (by_ground := _ground_advice(trace)) is not None:
+        return by_ground
     cycle = trace.run.walk.cycle_time
     longer = (
         "a longer cycle" if cycle is None else f"a longer cycle than {cycle:.3g} s (--cycle-time)"
     )
+    change = None if cycle is None else ("cycle_time", LONGER * cycle)
     if torque.share >= MUCH_LIMITED and not prescribed:
         limit = trace.run.robot.effort(len(trace.joint_names))[trace.joint(torque.joint)]
         stands = "" if need is None else (
             f", standing on the fewest feet takes {need.torque:.3g} N m at {need.joint}"
         )  # fmt: skip
-        return (
+        return Advice(
+            f"{torque.joint} is at its torque limit {torque.share:.0%} of the time",
             f"{torque.joint} is at its torque limit of {limit:.3g} N m for {torque.share:.0%} of "
-            f"the time{stands}: more effort, less weight, or {longer}"
+            f"the time{stands}: more effort, less weight, or {longer}",
+            change,
         )
     if speed.share >= MUCH_LIMITED:
-        return f"{speed.joint} is at its velocity limit for {speed.share:.0%} of the time: {longer}"
+        text = f"{speed.joint} is at its velocity limit for {speed.share:.0%} of the time: {longer}"
+        cause = f"{speed.joint} is at its velocity limit {speed.share:.0%} of the time"
+        return Advice(cause, text, change)
     if lag.share >= MUCH_LAG and not prescribed:
-        return f"{lag.joint} is {lag.share:.2g} rad from its set-point (RMS): stiffer servos (--kp)"
+        text = f"{lag.joint} is {lag.share:.2g} rad from its set-point (RMS): stiffer servos (--kp)"
+        return Advice(f"{lag.joint} is {lag.share:.2g} rad from its set-point (RMS)", text)
     if slip is not None and _slips(slip):
         much = "" if slip.total is None else f" {slip.total:.2g} m per m travelled"
-        return f"feet slip{much}: a larger friction coefficient{_mu(trace.run.scene)}, or {longer}"
-    return f"try {longer}, a shorter stroke (--stroke), or more feet on the ground (--gait wave)"
+        return Advice(
+            f"its feet slip{much}",
+            f"feet slip{much}: a larger friction coefficient{_mu(trace.run.scene)}, or {longer}",
+            change,
+        )
+    return Advice(
+        "",
+        f"try {longer}, a shorter stroke (--stroke), or more feet on the ground (--gait wave)",
+        change,
+    )
+
+
+def _ground_advice(trace: Trace) -> Advice | None:
+    """Return what to change where the ground is higher than the lift, or too steep for friction."""
+    obstacle = find_obstacle(trace)
+    if obstacle is not None and not obstacle.is_cleared:
+        lift = obstacle.advised_lift
+        return Advice(
+            f"the ground is {1e3 * obstacle.height:.0f} mm high, its lift "
+            f"{1e3 * obstacle.lift:.0f} mm",
+            f"the ground rises {1e3 * obstacle.height:.3g} mm above the line between footholds "
+            f"{obstacle.distance:.2g} m ahead, and swing feet lift by {1e3 * obstacle.lift:.3g} "
+            f"mm: lift them by {1e3 * lift:.3g} mm (--lift {lift:g})",
+            ("lift", lift),
+        )
+    steepest, mu = _steepest(trace), friction_coefficient(trace.run.scene)
+    if mu is not None and steepest > math.atan(mu):
+        return Advice(
+            f"{math.degrees(steepest):.3g} degrees are too steep for friction of {mu:.3g}",
+            f"the ground under its feet slopes by {math.degrees(steepest):.3g} degrees, and "
+            f"friction of {mu:.3g} holds up to {math.degrees(math.atan(mu)):.3g}: a less steep way",
+        )
+    return None
+
+
+def _steepest(trace: Trace) -> float:
+    """Return the steepest slope under loaded feet at samples [rad]; 0 where it is not known."""
+    if "contacts" not in trace.recorded:
+        return 0.0
+    gravity = np.array(trace.run.gravity)
+    size = float(np.linalg.norm(gravity))
+    loaded = np.linalg.norm(trace.foot_force, axis=-1) > 0.0
+    if size == 0.0 or not loaded.any():
+        return 0.0
+    upright = (trace.foot_normal[loaded] @ -gravity) / size
+    return math.acos(min(1.0, max(-1.0, float(np.median(upright)))))
 
 
 def _slips(slip: Slip) -> bool:
@@ -226,8 +305,14 @@ def _slips(slip: Slip) -> bool:
 
 def _mu(scene: SceneSettings | None) -> str:
     """Return the run's friction coefficient as text, where its scene is known."""
+    mu = friction_coefficient(scene)
+    return "" if mu is None else f" than {mu:.3g} (--mu)"
+
+
+def friction_coefficient(scene: SceneSettings | None) -> float | None:
+    """Return the friction coefficient of a scene's feet; None where it is not known."""
     if scene is None:
-        return ""
+        return None
     friction = scene.contact.friction
     mu = getattr(friction, "mu", getattr(friction, "mu_static", None))
-    return "" if mu is None else f" than {mu:.3g} (--mu)"
+    return None if mu is None else float(mu)

@@ -23,6 +23,7 @@ from hexapod_pin.results.travelled_path import (
     travelled_path,
 )
 from hexapod_pin.results.walk_causes import (
+    NO_ADVICE,
     JointShare,
     Slip,
     advice,
@@ -65,7 +66,9 @@ class WalkVerdict(Immutable):
         prescribed: whether joints follow the plan exactly: limits do not act.
         holds: whether a posture is held: no motion is planned.
         reason: why it does not walk; empty where it does.
+        cause: of that, in a few words, where one shows; empty where it walks.
         advice: what to change; empty where it walks.
+        change: the field of the gait to change, and its value; None where a run cannot try it.
         doubts: what in the robot's file makes torques doubtful, in short phrases.
     """
 
@@ -88,6 +91,8 @@ class WalkVerdict(Immutable):
     holds: bool
     reason: str
     advice: str
+    cause: str = ""
+    change: tuple[str, float] | None = None
     doubts: tuple[str, ...] = ()
 
     @property
@@ -135,7 +140,7 @@ def walk_verdict(trace: Trace) -> WalkVerdict:
     slip = slip_of(trace, path.nominal_speed)
     torque, speed, behind = at_torque_limit(trace), at_speed_limit(trace), lag(trace)
     reason = why_it_does_not_walk(path, fall, touches)
-    hint = ""
+    hint = NO_ADVICE
     if reason:
         at_start = bool(touches) and touches[0].time <= float(trace.time[0])
         hint = advice(
@@ -154,7 +159,7 @@ def walk_verdict(trace: Trace) -> WalkVerdict:
         accuracy_kept=trace.accuracy_kept, needs=_needs(trace, path),
         prescribed=trace.run.prescribed,
         holds=trace.run.case.controller.get("kind") == "hold",
-        reason=reason, advice=hint, doubts=trace.run.robot.doubts,
+        reason=reason, advice=hint.text, cause=hint.cause, change=hint.change, doubts=trace.run.robot.doubts,
     )  # fmt: skip
 
 
@@ -172,7 +177,8 @@ def why_it_does_not_walk(path: TravelledPath, fall: Fall | None, touches: Sequen
         return f"its trunk touched the ground at {touches[0].time:.3g} s ({touches[0].what})"
     for share, what in ((path.speed_share, "speed"), (path.turn_share, "yaw rate")):
         if share is not None and not share >= LEAST_SHARE:
-            return f"it makes {share:.0%} of the nominal {what}, less than {LEAST_SHARE:.0%}"
+            made = f"{share:.0%}".replace("-0%", "0%")
+            return f"it makes {made} of the nominal {what}, less than {LEAST_SHARE:.0%}"
     return ""
 
 

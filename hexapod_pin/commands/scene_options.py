@@ -1,0 +1,123 @@
+"""Ground, payload, pushes and lost legs of a walk, from short texts on the command line.
+
+Every text stands for what a case file says in full; `--save-case` writes that.
+"""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from hexapod_pin.errors import ParameterError
+
+if TYPE_CHECKING:
+    from hexapod_pin.ground.terrain import AnyTerrain
+    from hexapod_pin.robot.robot import Robot
+    from hexapod_pin.scene.loads import Load
+
+TERRAIN_HELP = (
+    "flat; slope:DEGREES, rising ahead; stairs:RISE, three steps from 0.4 m ahead [m]; "
+    "bumps:HEIGHT or bumps:HEIGHT:SEED [m]; or a TOML file with its numbers."
+)
+
+TREAD = 0.3
+"""Depth of a step of `stairs` [m]."""
+
+STEPS, FIRST_STEP = 3, 0.4
+"""Steps of `stairs`, and the place of the first before the world's origin [m]."""
+
+WAVELENGTH, FIELD = 0.3, 8.0
+"""Distance between the hills of `bumps`, and the size of their field [m]."""
+
+PUSH_TIME = 0.1
+"""How long a push lasts [s]."""
+
+
+def read_terrain_option(text: str | None) -> AnyTerrain | None:
+    """Return the ground that a text describes; None without one.
+
+    Raises:
+        ParameterError: no such ground, or a number that it cannot have.
+    """
+    if text is None:
+        return None
+    from hexapod_pin.ground.terrain import Flat, HeightField, Slope, Stairs, read_terrain
+    from hexapod_pin.spec import read_toml
+    from hexapod_pin.user_file import read_text
+
+    kind, *given = text.split(":")
+    if kind == "flat" and not given:
+        return Flat()
+    if kind == "slope" and len(given) == 1:
+        return Slope(angle=math.radians(_number("--terrain", text, given[0])))
+    if kind == "stairs" and len(given) == 1:
+        rise = _number("--terrain", text, given[0])
+        return Stairs(rise=rise, run=TREAD, count=STEPS, start=FIRST_STEP)
+    if kind == "bumps" and len(given) in (1, 2):
+        height, seed = _number("--terrain", text, given[0]), 1
+        if len(given) == 2:
+            if not given[1].isdigit():
+                raise ParameterError("--terrain", text, "bumps:HEIGHT:SEED, the seed an integer")
+            seed = int(given[1])
+        return HeightField.random(
+            seed, amplitude=height, wavelength=WAVELENGTH, size=FIELD, flat_radius=0.1
+        )
+    if not Path(text).suffix:
+        raise ParameterError("--terrain", text, "one of: " + TERRAIN_HELP)
+    data = read_toml(read_text(Path(text), "terrain file"))
+    return read_terrain(data.get("terrain", data))
+
+
+def read_loads(
+    robot: Robot, payload: str | None, push: str | None, lost_leg: str | None
+) -> list[Load]:
+    """Return the loads that texts describe.
+
+    Args:
+        robot: that carries them.
+        payload: "1kg", "0.5@link": its mass [kg], and the link at whose origin it is fixed; without
+            a link on the trunk.
+        push: "20N@1s": a force to the left on the trunk [N], for 0.1 s from a time on [s].
+        lost_leg: a leg, "rf" or "rf@2s": its drives give no torque from a time on [s], or at all.
+
+    Raises:
+        ParameterError: a text is none of these.
+    """
+    from hexapod_pin.scene.loads import LostLeg, Payload, Push
+
+    trunk = trunk_link(robot)
+    found: list[Load] = []
+    if payload is not None:
+        mass, _, link = payload.partition("@")
+        found.append(Payload(link or trunk, _number("--payload", payload, mass, "kg")))
+    if push is not None:
+        force, separator, start = push.partition("@")
+        if not separator:
+            raise ParameterError("--push", push, "FORCE@TIME, such as 20N@1s")
+        size = _number("--push", push, force, "N")
+        begin = _number("--push", push, start, "s")
+        found.append(Push(trunk, force=(0.0, size, 0.0), start=begin, duration=PUSH_TIME))
+    if lost_leg is not None:
+        leg, _, start = lost_leg.partition("@")
+        found.append(LostLeg(leg, _number("--lost-leg", lost_leg, start or "0", "s")))
+    return found
+
+
+def trunk_link(robot: Robot) -> str:
+    """Return the link that floats: the one that no joint moves."""
+    from hexapod_pin.robot.description.urdf_file import parse_urdf
+
+    return parse_urdf(robot.urdf.encode(), robot.source).roots[0]
+
+
+def _number(option: str, text: str, part: str, unit: str = "") -> float:
+    """Return a number, with its unit or without.
+
+    Raises:
+        ParameterError: it is none.
+    """
+    try:
+        return float(part.strip().removesuffix(unit))
+    except ValueError:
+        raise ParameterError(option, text, f"with a number instead of {part!r}") from None
