@@ -10,6 +10,7 @@ import pytest
 from conftest import Run
 
 import hexapod_pin as hp
+from hexapod_pin.ground.terrain import Ramp
 from hexapod_pin.results.ground_obstacle import SPACING, Obstacle, find_obstacle
 from hexapod_pin.results.sizing import joint_demand, motor_budget
 from hexapod_pin.results.sizing.lightest import lightest_motors
@@ -215,13 +216,13 @@ def test_ground_and_loads_that_are_none(run: Run, option: str, text: str, said: 
 
 def test_ground_and_loads_reach_the_case(run: Run, tmp_path: Path) -> None:
     """Each option is what a case file says in full."""
-    (tmp_path / "ground.toml").write_text('kind = "ramp"\nangle = 0.1\nstart = 0.5\nlength = 0.4\n')
+    (tmp_path / "ground.toml").write_text('kind = "ramp"\nangle = 0.1\nstart = 0.5\nrun = 0.4\n')
     options = "--terrain ground.toml --payload 1.5kg@lf_tibia --push -20N@1s --lost-leg rm@0.05s"
     done = run("walk", "kharagpur", *WALK, *"--duration 0.1 --save-case c.toml".split(),
                *options.split())  # fmt: skip
     assert done.status == 0, done.err
     scene = hp.load_case("c.toml").scene
-    assert scene.terrain == hp.Ramp(angle=0.1, start=0.5, length=0.4)
+    assert scene.terrain == Ramp(angle=0.1, start=0.5, run=0.4)
     assert scene.loads == (
         hp.loads.Payload("lf_tibia", 1.5),
         hp.loads.Push("base_link", force=(0.0, -20.0, 0.0), start=1.0, duration=0.1),

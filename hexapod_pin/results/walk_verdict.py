@@ -159,7 +159,8 @@ def walk_verdict(trace: Trace) -> WalkVerdict:
         accuracy_kept=trace.accuracy_kept, needs=_needs(trace, path),
         prescribed=trace.run.prescribed,
         holds=trace.run.case.controller.get("kind") == "hold",
-        reason=reason, advice=hint.text, cause=hint.cause, change=hint.change, doubts=trace.run.robot.doubts,
+        reason=reason, advice=hint.text, cause=hint.cause, change=hint.change,
+        doubts=trace.run.robot.doubts,
     )  # fmt: skip
 
 
