@@ -142,6 +142,7 @@ def specs() -> tuple[Any, ...]:
         sine,
         hp.motion.Step5(start=0.1, end=0.2, initial=0.0, final=0.1),
         hp.motion.Havsin(start=0.1, end=0.2, initial=0.0, final=0.1),
+        hp.motion.VelocityStep(start=0.1, end=0.2, initial=0.0, final=0.1),
         hp.motion.Waypoints(time=(0.0, 1.0), value=(0.0, 0.1)),
         hp.motion.Hermite(time=(0.0, 1.0), value=(0.0, 0.1), rate=(0.0, 0.0)),
         hp.motion.Sum(terms=(step, sine)),

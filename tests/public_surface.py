@@ -35,7 +35,7 @@ SURFACE: Mapping[str, str] = {
     """,
     "motion": """
         ArcWalk BodyMotion Havsin Hermite JointMotion paper_motion Periodic SampledTrajectory Sine
-        Step Step5 Sum VelocityCommand Waypoints
+        Step Step5 Sum VelocityCommand VelocityStep Waypoints
     """,
     "sensors": """
         Sensor Sensors

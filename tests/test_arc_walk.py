@@ -75,7 +75,7 @@ def test_all_stance_feet_go_backwards_and_all_femora_lift(robot: str) -> None:
     assert ((p[..., 2] - sole).max(axis=0) > 0.01).all()
 
 
-@pytest.mark.parametrize("profile", ["constant", "step"])
+@pytest.mark.parametrize("profile", ["constant", "step", "velocity-step"])
 @pytest.mark.parametrize("gait", [hp.Gait.tetrapod(), hp.Gait.tripod(), hp.Gait.wave(0.8)])
 def test_motion_is_smooth_from_rest_to_rest(profile: str, gait: hp.Gait) -> None:
     """Rates are the derivative of angles and do not jump; start and end stand in the posture."""
@@ -129,7 +129,8 @@ def test_case_round_trips(tmp_path: Path) -> None:
     walk = hp.motion.ArcWalk(
         hp.Gait.tripod(), amplitude=0.2, lift_angle=0.15, profile="step", stop_at=9.0
     )
-    for control in (hp.motion.ArcWalk(), walk):
+    ramps = hp.motion.ArcWalk(profile="velocity-step", ramp_share=0.2)
+    for control in (hp.motion.ArcWalk(), walk, ramps):
         case = hp.Case(hp.Scene(ROBOT), control, duration=1.0)
         case.save(tmp_path / "case.toml")
         assert hp.load_case(tmp_path / "case.toml").controller == control

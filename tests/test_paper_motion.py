@@ -62,7 +62,7 @@ def test_feet_go_back_in_stance_and_forward_in_swing(robot: hp.Robot) -> None:
         np.testing.assert_allclose(feet[[0, 1, 3], 2], 0.0, atol=1e-9)
 
 
-@pytest.mark.parametrize("profile", ["step", "constant"])
+@pytest.mark.parametrize("profile", ["step", "constant", "velocity-step"])
 @pytest.mark.parametrize(
     "gait",
     [hp.Gait.tetrapod(), hp.Gait.tripod(cycle_time=1.7), hp.Gait.wave(cycle_time=3.1)],
@@ -82,6 +82,25 @@ def test_it_is_the_steady_arc_walk(robot: hp.Robot, gait: hp.Gait, profile: str)
     np.testing.assert_allclose(curve(time, 1), six.joint_rows(v, 0.0), rtol=0, atol=1e-11)
     assert plan.speed == pytest.approx(path.speed, rel=1e-14)
     assert (plan.cycle_time, plan.steady_from) == (gait.cycle_time, gait.cycle_time)
+
+
+def test_velocities_are_steps_to_a_plateau_and_back(robot: hp.Robot) -> None:
+    """[S2]'s figure 3: in stance -2 A / (1.6 s) / 0.9 between ramps of 0.16 s, 0 at both ends.
+
+    In swing the coxa's plateau is twice that, of the other sign; the femur has one up, one down.
+    """
+    motion = hp.motion.paper_motion(robot, stroke=0.14)
+    turn, lift = (motion.motion[f"lr_{part}_joint"] for part in ("coxa", "femur"))
+    assert isinstance(turn, hp.motion.Periodic) and isinstance(lift, hp.motion.Periodic)
+    level = 2.0 * np.arcsin(0.07 / 0.20284) / 1.6 / 0.9
+    time = np.array([0.0, 0.08, 0.16, 0.8, 1.44, 1.52, 1.6, 1.68, 2.0, 2.32, 2.4])
+    shares = np.array([0.0, 0.5, 1.0, 1.0, 1.0, 0.5, 0.0, -2.0, -2.0, -2.0, 0.0])
+    found = turn.value_and_rate(time)[1]  # leg 5 is placed at t = 0
+    np.testing.assert_allclose(np.sign(found[3]) * found, level * shares, atol=2e-5)
+    peak = np.radians(6.0) / 0.4 / 0.9
+    up_and_down = lift.value_and_rate(np.array([1.0, 1.64, 1.8, 1.96, 2.0, 2.04, 2.2, 2.36]))[1]
+    shares = np.array([0.0, 1.0, 1.0, 1.0, 0.0, -1.0, -1.0, -1.0])
+    np.testing.assert_allclose(np.sign(up_and_down[1]) * up_and_down, peak * shares, atol=1e-12)
 
 
 def test_there_is_no_ramp(robot: hp.Robot) -> None:
@@ -117,12 +136,15 @@ def test_refusals(robot: hp.Robot) -> None:
             hp.motion.paper_motion(robot, stroke=stroke)
     with refused(ParameterError, "paper_motion.profile", "smooth"):
         hp.motion.paper_motion(robot, profile="smooth")  # type: ignore[arg-type]
+    for share in (0.0, 0.51):
+        with refused(ParameterError, "ArcWalk.ramp_share", share, allowed=(0, 0.5)):
+            hp.motion.paper_motion(robot, ramp_share=share)
     with refused(GaitError, quantity="cycle_time"):
         hp.motion.paper_motion(robot, hp.Gait.tetrapod(cycle_time=0.3))
 
 
 def test_it_is_data(robot: hp.Robot) -> None:
-    for profile in ("step", "constant"):
+    for profile in ("step", "constant", "velocity-step"):
         motion = hp.motion.paper_motion(robot, profile=profile)
         assert read_controller(motion.to_dict()) == motion
         assert len(motion.motion) == 12  # tibiae stand

@@ -37,6 +37,7 @@ EVERY: dict[str, MotionFunction] = {
     "step": hp.motion.Step(**SPAN),
     "step5": hp.motion.Step5(**SPAN),
     "havsin": hp.motion.Havsin(**SPAN),
+    "velocity-step": hp.motion.VelocityStep(**SPAN, ramp_share=0.2),
     "sine": hp.motion.Sine(amplitude=0.3, period=0.8, phase=0.3, mean=0.1),
     "waypoints": hp.motion.Waypoints(time=(0.4, 1.0, 1.3, 2.2), value=(0.1, 0.3, -0.2, 0.0)),
     "hermite": hp.motion.Hermite(
@@ -96,6 +97,33 @@ def test_middle_and_ends(kind: type[MotionFunction], slope: float, bend: float) 
     np.testing.assert_allclose(acceleration, [0, first, 0, 0, 0], atol=1e-14)
     before = function.acceleration(time, inside=time - 1e-3)
     np.testing.assert_allclose(before, [0, 0, 0, -first, 0], atol=1e-14)
+
+
+@pytest.mark.parametrize("ramp_share", [0.05, 0.25, 0.5])
+def test_the_rate_of_a_velocity_step_is_a_sum_of_adams_steps(ramp_share: float) -> None:
+    """Rate and acceleration of two STEPs of ADAMS up to the plateau and down; the value by sums.
+
+    Gauss-Legendre with 3 points is exact for the cubic rate of each piece.
+    """
+    function = hp.motion.VelocityStep(**SPAN, ramp_share=ramp_share)
+    ramp, level = 1.2 * ramp_share, -0.4 / (1.2 * (1.0 - ramp_share))
+    rise = hp.motion.Step(start=0.7, end=0.7 + ramp, initial=0.0, final=level)
+    fall = hp.motion.Step(start=1.9 - ramp, end=1.9, initial=0.0, final=-level)
+    adams = hp.motion.Sum(terms=(rise, fall))
+    time = np.concatenate([np.linspace(0.5, 2.1, 301), function.kinks_until(3.0)])
+    value, rate, acceleration = function.derivatives(np.sort(time))
+    wanted, bend = adams.value_and_rate(np.sort(time))
+    np.testing.assert_allclose(rate, wanted, atol=1e-14)
+    np.testing.assert_allclose(acceleration, bend, atol=1e-12)
+    nodes, weights = np.polynomial.legendre.leggauss(3)
+    half = 0.5 * np.diff(np.sort(time))
+    at = np.sort(time)[:-1, None] + half[:, None] * (1.0 + nodes)
+    moved = np.cumsum(half * (adams.value_and_rate(at)[0] @ weights))
+    np.testing.assert_allclose(value[1:], 0.25 + moved, atol=1e-14)
+    assert value[-1] == pytest.approx(-0.15, abs=1e-15)
+    assert np.abs(rate).max() == pytest.approx(abs(level), rel=1e-12)
+    with refused(ParameterError, "VelocityStep.ramp_share", 0.6):
+        hp.motion.VelocityStep(**SPAN, ramp_share=0.6)
 
 
 def test_largest_acceleration_of_step5() -> None:

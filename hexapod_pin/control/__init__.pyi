@@ -14,6 +14,7 @@ from .curves import Hermite as Hermite
 from .curves import Sine as Sine
 from .curves import Step as Step
 from .curves import Step5 as Step5
+from .curves import VelocityStep as VelocityStep
 from .curves import Waypoints as Waypoints
 from .feasible_gait import FittedGait as FittedGait
 from .feasible_gait import default_gait as default_gait

@@ -2,9 +2,10 @@
 
 With R the foot's distance from the yaw axis and A the amplitude, a stance foot goes from A ahead of
 its standing direction to A behind it: the stroke is 2 R sin A, and on a straight course the foot
-has to slide R (1 - cos A) sideways and back. The yaw angle falls at a constant rate, or in one
-ADAMS STEP, h(s) = s^2 (3 - 2 s). In swing it returns with h while the femur lifts with h in the
-first half and sets down with h in the second; the tibia stays.
+has to slide R (1 - cos A) sideways and back. The yaw angle falls at a constant rate, in one ADAMS
+STEP, h(s) = s^2 (3 - 2 s), or with a rate that rises by a STEP to a plateau and falls back to 0 by
+another one. In swing it returns with h (of the last: by the same rates) while the femur lifts so
+in the first half and sets down so in the second; the tibia stays.
 
 A constant rate and h meet with a jump of the rate. It is taken out of the swing: u (1 - u/b)^2
 times the stance rate is added where a swing has lasted, or will last, u < b. So the foot lifts off
@@ -23,13 +24,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.body_path import COINCIDENT, BodyPath, Footholds, WalkSchedule, last_motion
-from hexapod_pin.control.curves import adams_step
+from hexapod_pin.control.curves import RAMP_SHARE, adams_step, velocity_step
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.leg_group import LegGroup
 from hexapod_pin.errors import GaitError
 from hexapod_pin.immutable import Immutable
 
-StanceProfile = Literal["constant", "step"]
+StanceProfile = Literal["constant", "step", "velocity-step"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,8 +44,10 @@ class ArcPath(WalkSchedule, Immutable):
         table: order, duty and cycle time of the steps; its stroke and lift are not used.
         amplitude: A, largest yaw angle from the standing direction [rad].
         lift_angle: largest rise of the femur in swing [rad].
-        profile: of the yaw angle in stance: "constant" rate, or one "step".
+        profile: of the yaw angle in stance: "constant" rate, one "step", or a "velocity-step".
         stop_at: time at which the robot stands still again [s]; None: no stop.
+        ramp_share: of a "velocity-step": share of each move in which its rate rises, and again in
+            which it falls [-].
         gait: the table with the stroke and the lift that the arcs have on this robot.
         body: the planned motion of the base.
         radius: R of each leg [m]. Shape (6,).
@@ -61,6 +64,7 @@ class ArcPath(WalkSchedule, Immutable):
     lift_angle: float
     profile: StanceProfile = "constant"
     stop_at: float | None = None
+    ramp_share: float = RAMP_SHARE
     gait: Gait = field(init=False, repr=False)
     body: BodyPath = field(init=False, repr=False)
     radius: Array = field(init=False, repr=False)
@@ -112,8 +116,12 @@ class ArcPath(WalkSchedule, Immutable):
 
     def events(self, until: float, since: float = 0.0) -> Array:
         """Return the times in (since, until) at which a second derivative may jump [s]."""
-        swing = self.gait.duty + (1.0 - self.gait.duty) * SWING_MARKS
-        return self._events([0.0, self.gait.duty, *swing], np.zeros(0), since, until)
+        duty, stance, swing = self.gait.duty, np.zeros(0), SWING_MARKS
+        if self.profile == "velocity-step":  # there the third derivative jumps
+            ends = np.array([self.ramp_share, 1.0 - self.ramp_share])
+            stance, swing = ends, np.concatenate([ends, 0.5 * ends, [0.5], 0.5 + 0.5 * ends])
+        marks = [0.0, *(duty * stance), duty, *(duty + (1.0 - duty) * np.sort(swing))]
+        return self._events(marks, np.zeros(0), since, until)
 
     def stance(self, time: ArrayLike) -> NDArray[np.bool_]:
         """Return which feet are planned to be on the ground. Shape (K,) -> (K, 6)."""
@@ -180,12 +188,18 @@ class ArcPath(WalkSchedule, Immutable):
         begin = np.where(middle > 0.0, placed, 0.0)
         length = np.maximum(lifted - begin, np.finfo(float).tiny)
         first, travel = here - self._turned(begin), self._turned(begin) - self._turned(lifted)
-        h, dh, _ = adams_step((time[:, None] - begin) / length)
+        h, dh = self._move((time[:, None] - begin) / length)
         return first + travel * h, travel * dh / length
+
+    def _move(self, s: Array) -> tuple[Array, Array]:
+        """Return a move from 0 to 1 in the way of the profile, and its derivative."""
+        if self.profile == "velocity-step":
+            return velocity_step(s, self.ramp_share)[:2]
+        return adams_step(s)[:2]
 
     def _down_rate(self, time: Array) -> Array:
         """Return the yaw rate of a leg in stance at constant rate; 0 in a step's ends. (...)."""
-        if self.profile == "step":
+        if self.profile != "constant":
             return np.zeros(time.shape)
         forward = self.body.twist(time.ravel())[:, 0].reshape(time.shape)
         rate: Array = -self.stance_rate / self.gait.speed * forward
@@ -202,8 +216,8 @@ class ArcPath(WalkSchedule, Immutable):
             rates: yaw rates there [rad/s]. Shape (K, 6) each.
         """
         length = (1.0 - self.gait.duty) * self.gait.cycle_time
-        h, dh, _ = adams_step(s)
-        up, dup, _ = adams_step(1.0 - np.abs(2.0 * s - 1.0))
+        h, dh = self._move(s)
+        up, dup = self._move(1.0 - np.abs(2.0 * s - 1.0))
         first, slope = blend(s)
         last, fall = blend(1.0 - s)
         travel = ends[1] - ends[0]

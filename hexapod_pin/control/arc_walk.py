@@ -15,7 +15,14 @@ from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.arc_path import BLEND_SHARE, ArcPath, StanceProfile, arc_senses
 from hexapod_pin.control.body_path import EVENT_SEPARATION_CYCLES
-from hexapod_pin.control.curves import Hermite, MotionFunction, Step, adams_step
+from hexapod_pin.control.curves import (
+    RAMP_SHARE,
+    Hermite,
+    MotionFunction,
+    Step,
+    VelocityStep,
+    adams_step,
+)
 from hexapod_pin.control.feasibility import (
     CHECKED_CYCLES,
     MAX_FOOT_HEIGHT_SPREAD,
@@ -66,9 +73,13 @@ class ArcWalk:
             and lift are not used: those of the arcs are in `path(robot).gait`.
         amplitude: A, of the coxae to either side of the standing direction [rad].
         lift_angle: of the femora in swing [rad].
-        profile: of the coxae in stance: "constant" rate, or one ADAMS "step" from end to end, with
-            which legs that are not in step push against each other.
+        profile: of the coxae in stance: "constant" rate; one ADAMS "step" from end to end; or
+            "velocity-step", a rate that rises by a STEP to a plateau and falls back by another
+            one. With the last two, legs that are not in step push against each other, and the
+            swing is of the same kind.
         stop_at: time at which the robot stands still again [s]; None: no stop.
+        ramp_share: of a "velocity-step": share of each move in which its rate rises, and again in
+            which it falls, above 0 and up to 0.5 [-]; the default is *assumed*.
 
     Raises:
         ParameterError: an angle or the profile is out of range, or the gait turns or goes sideways.
@@ -82,6 +93,7 @@ class ArcWalk:
     lift_angle: float = field(default=PAPER_LIFT, kw_only=True)
     profile: StanceProfile = field(default="constant", kw_only=True)
     stop_at: float | None = field(default=None, kw_only=True)
+    ramp_share: float = field(default=RAMP_SHARE, kw_only=True)
 
     def __post_init__(self) -> None:
         """Refuse what no robot can do."""
@@ -90,7 +102,11 @@ class ArcWalk:
             if not 0.0 < value < LARGEST_ANGLE:
                 raise ParameterError(f"ArcWalk.{name}", value, "above 0 and below pi/2 rad")
         if self.profile not in get_args(StanceProfile):
-            raise ParameterError("ArcWalk.profile", self.profile, '"constant" or "step"')
+            raise ParameterError(
+                "ArcWalk.profile", self.profile, '"constant", "step" or "velocity-step"'
+            )
+        if not 0.0 < self.ramp_share <= 0.5:
+            raise ParameterError("ArcWalk.ramp_share", self.ramp_share, "above 0 and up to 0.5")
         for name in ("heading", "turn_rate"):
             if getattr(self.gait, name) != 0.0:
                 raise ParameterError(
@@ -107,8 +123,9 @@ class ArcWalk:
         """
         six = require_six_of_three(robot, "ArcWalk")
         return ArcPath(
-            six, six.fitted(self.gait), self.amplitude, self.lift_angle, self.profile, self.stop_at
-        )
+            six, six.fitted(self.gait), self.amplitude, self.lift_angle, self.profile,
+            self.stop_at, self.ramp_share,
+        )  # fmt: skip
 
     def plan(self, robot: Robot, duration: float) -> JointTrajectory:
         """Return the joint reference, after checking that the robot can walk it at all.
@@ -122,7 +139,7 @@ class ArcWalk:
         """
         end, path = check_duration(duration), self.path(robot)
         six = path.six
-        refuse_impossible_arc(robot, path.gait, self.amplitude, self.lift_angle, self.profile)
+        refuse_impossible_arc(robot, path)
         period = path.gait.cycle_time
         last = end if self.stop_at is None else min(end, self.stop_at)
         events = np.concatenate([[0.0], path.events(last + 2.0 * period)])
@@ -148,6 +165,8 @@ class ArcWalk:
             "kind": "arc", "amplitude": self.amplitude, "lift_angle": self.lift_angle,
             "profile": self.profile,
         }  # fmt: skip
+        if self.profile == "velocity-step":
+            settings["ramp_share"] = self.ramp_share
         if self.stop_at is not None:
             settings["stop_at"] = self.stop_at
         return {**settings, "gait": self.gait.to_dict()}
@@ -174,6 +193,7 @@ class _Arc(NamedTuple):
     amplitude: float
     lift_angle: float
     profile: StanceProfile
+    ramp_share: float
 
 
 @lru_cache(maxsize=CHECKED_WALKS)
@@ -208,24 +228,18 @@ def _works(arc: _Arc, name: str, angle: float) -> bool:
     return _violation(arc._replace(**changed)) is None
 
 
-def refuse_impossible_arc(
-    robot: Robot, gait: Gait, amplitude: float, lift_angle: float, profile: StanceProfile
-) -> None:
-    """Check a whole walk on arcs, start to stop, before the run.
-
-    Args:
-        robot: the robot.
-        gait: order, duty and cycle time.
-        amplitude: of the coxae [rad].
-        lift_angle: of the femora [rad].
-        profile: of the coxae in stance.
+def refuse_impossible_arc(robot: Robot, path: ArcPath) -> None:
+    """Check a whole walk on arcs of a robot, start to stop, before the run.
 
     Raises:
         GaitError: naming leg, joint, value and limit, and the largest request that works.
     """
-    six = require_six_of_three(robot, "ArcWalk")
-    gait = six.fitted(gait)
-    found = _find_refusal(_Arc(six, leg_bodies(robot), gait, amplitude, lift_angle, profile))
+    found = _find_refusal(
+        _Arc(
+            path.six, leg_bodies(robot), path.six.fitted(path.gait), path.amplitude,
+            path.lift_angle, path.profile, path.ramp_share,
+        )
+    )  # fmt: skip
     if found is not None:
         raise GaitError(*found)
 
@@ -250,7 +264,7 @@ def _violation(arc: _Arc) -> Violation | None:
 def _joints(arc: _Arc) -> tuple[Array, Array]:
     """Return joint angles [rad] and rates [rad/s] at the checked times, (6, K, 3) each."""
     gait, end = arc.gait, CHECKED_CYCLES * arc.gait.cycle_time
-    path = ArcPath(arc.six, gait, arc.amplitude, arc.lift_angle, arc.profile, end)
+    path = ArcPath(arc.six, gait, arc.amplitude, arc.lift_angle, arc.profile, end, arc.ramp_share)
     events = np.array([0.0, *path.events(end), end])
     time = knot_times(events, CHECK_SPACING_CYCLES * gait.cycle_time)[0]
     once = path.steady_from + gait.cycle_time  # of the steady part one cycle is enough
@@ -298,9 +312,14 @@ def paper_motion(
     stroke: float | None = None,
     amplitude: float | None = None,
     lift_angle: float = PAPER_LIFT,
-    profile: StanceProfile = "step",
+    profile: StanceProfile = "velocity-step",
+    ramp_share: float = RAMP_SHARE,
 ) -> JointMotion:
     """Return the motion of coxae and femora as [S2] prescribes it; the tibiae stand.
+
+    [S2] shows the motion of joints by STEP functions of their velocity (figure 3): "velocity-step".
+    Its break points cannot be read; ramps of a tenth of each move are *assumed*. The other two
+    profiles are readings of the text alone.
 
     It is the steady part of `ArcWalk`, from t = 0 on: each leg begins in the phase that the gait
     gives it, so that coxae stand off their standing direction, and some move, at the start.
@@ -314,7 +333,9 @@ def paper_motion(
         amplitude: of the coxae to either side [rad], in place of the stroke; with neither [S2]'s
             20 degrees, for which it prints a stroke of 0.14 m (kharagpur: 0.1388 m).
         lift_angle: of the femora in swing [rad]; default [S2]'s 6 degrees.
-        profile: of the coxae in stance, one STEP or a "constant" rate, as of `ArcWalk`.
+        profile: of coxae in stance and of all moves in swing: "velocity-step", rates that rise by a
+            STEP and fall by a STEP; "step", angles by STEPs; or "constant", as of `ArcWalk`.
+        ramp_share: of a "velocity-step", as of `ArcWalk` [-].
 
     Raises:
         ParameterError: stroke and amplitude both given, or a value out of range.
@@ -335,10 +356,11 @@ def paper_motion(
         amplitude=PAPER_AMPLITUDE if amplitude is None else amplitude,
         lift_angle=lift_angle,
         profile=profile,
+        ramp_share=ramp_share,
     )
     path = walk.path(robot)
     gait = path.gait
-    refuse_impossible_arc(robot, gait, walk.amplitude, lift_angle, profile)
+    refuse_impossible_arc(robot, path)
     motion: dict[str, float | MotionFunction] = {}
     for leg, sense, phase in zip(path.six.legs, arc_senses(path.six)[1], gait.phases, strict=True):
         yaw, lift = _yaw(walk, sense[0], leg.posture[0]), _lift(walk, sense[1], leg.posture[1])
@@ -368,9 +390,9 @@ def _yaw(walk: ArcWalk, sense: float, mean: float) -> MotionFunction:
     """Return the coxa's angle from a placement to the next [rad]; `mean` is where it stands."""
     period, a = walk.gait.cycle_time, sense * walk.amplitude
     lifted = walk.gait.duty * period
-    if walk.profile == "step":
-        back = Step(start=0.0, end=lifted, initial=mean + a, final=mean - a)
-        return Sum(terms=(back, Step(start=lifted, end=period, initial=0.0, final=2.0 * a)))
+    if walk.profile != "constant":
+        back = _move(walk, 0.0, lifted, mean + a, mean - a)
+        return Sum(terms=(back, _move(walk, lifted, period, 0.0, 2.0 * a)))
     length, rate = period - lifted, -2.0 * a / lifted
     h, dh, _ = adams_step(np.array([BLEND_SHARE, 1.0 - BLEND_SHARE]))
     blended = mean - a + 2.0 * a * h
@@ -389,5 +411,16 @@ def _lift(walk: ArcWalk, sense: float, mean: float) -> MotionFunction:
     period, up = walk.gait.cycle_time, sense * walk.lift_angle
     lifted = walk.gait.duty * period
     middle = 0.5 * (lifted + period)
-    rise = Step(start=lifted, end=middle, initial=mean, final=mean + up)
-    return Sum(terms=(rise, Step(start=middle, end=period, initial=0.0, final=-up)))
+    rise = _move(walk, lifted, middle, mean, mean + up)
+    return Sum(terms=(rise, _move(walk, middle, period, 0.0, -up)))
+
+
+def _move(
+    walk: ArcWalk, start: float, end: float, initial: float, final: float
+) -> Step | VelocityStep:
+    """Return a move between two angles [rad] and times [s] in the way of the walk's profile."""
+    if walk.profile != "velocity-step":
+        return Step(start=start, end=end, initial=initial, final=final)
+    return VelocityStep(
+        start=start, end=end, initial=initial, final=final, ramp_share=walk.ramp_share
+    )

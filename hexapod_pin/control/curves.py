@@ -211,7 +211,7 @@ class Hermite(MotionFunction):
         )
 
 
-# Transitions between two values as in ADAMS: STEP, STEP5 and HAVSIN.
+# Transitions between two values as in ADAMS: STEP, STEP5 and HAVSIN, and a rate that follows STEPs.
 #
 # With s from 0 at the begin to 1 at the end, the value is initial + (final - initial) h(s); it
 # stays before and after.
@@ -221,6 +221,8 @@ class Hermite(MotionFunction):
 # | STEP | s^2 (3 - 2 s) | C1 | 1.5 | 6, at the ends |
 # | STEP5 | s^3 (10 - 15 s + 6 s^2) | C2 | 1.875 | 10 / sqrt(3) |
 # | HAVSIN | 1/2 + sin(pi s - pi/2) / 2 | C1 | pi/2 | pi^2 / 2, at the ends |
+# | rate by STEPs, ramps of share r | h' = (STEP up - STEP down) / (1 - r) | C2 | 1 / (1 - r) |
+#   1.5 / (r (1 - r)), in the middle of the ramps |
 #
 # Rates are times (final - initial) / (end - begin), accelerations over its square.
 
@@ -236,6 +238,31 @@ def adams_step(s: Array) -> tuple[Array, Array, Array]:
     """
     x = np.clip(s, 0.0, 1.0)
     return x**2 * (3.0 - 2.0 * x), 6.0 * x * (1.0 - x), 6.0 - 12.0 * x
+
+
+RAMP_SHARE = 0.1
+"""Share of a move in which its rate rises to the plateau, and again in which it falls [-],
+*assumed*: the break points of [S2]'s figure 3 cannot be read."""
+
+
+def velocity_step(s: Array, ramp_share: float) -> tuple[Array, Array, Array]:
+    """Return a move from 0 to 1 whose rate follows ADAMS' STEPs, and its two derivatives.
+
+    The rate rises from 0 by a STEP, stays at 1 / (1 - ramp_share), and falls to 0 by a STEP.
+
+    Args:
+        s: below 0 and above 1 the ends are returned. Any shape.
+        ramp_share: of each ramp, above 0 and up to 0.5 [-].
+    """
+    x = np.clip(s, 0.0, 1.0)
+    rising = np.clip(x / ramp_share, 0.0, 1.0)
+    falling = np.clip((x - 1.0 + ramp_share) / ramp_share, 0.0, 1.0)
+    (up, up_rate, _), (down, down_rate, _) = adams_step(rising), adams_step(falling)
+    level = 1.0 / (1.0 - ramp_share)
+    # the integral of STEP over its ramp is u^3 - u^4 / 2, and grows by 1 per unit of time after it
+    gained = rising**3 * (1.0 - 0.5 * rising) - falling**3 * (1.0 - 0.5 * falling)
+    travelled = ramp_share * gained + np.maximum(x - ramp_share, 0.0)
+    return level * travelled, level * (up - down), level / ramp_share * (up_rate - down_rate)
 
 
 class _Transition(MotionFunction):
@@ -263,9 +290,8 @@ class _Transition(MotionFunction):
             name = type(self).__name__
             raise ParameterError(f"{name}.end", self.end, f"after {name}.start = {self.start:g} s")
 
-    @staticmethod
     @abstractmethod
-    def _shape(s: Array) -> tuple[Array, Array, Array]:
+    def _shape(self, s: Array) -> tuple[Array, Array, Array]:
         """Return h, h' and h'' of this module's table."""
 
     def value_and_rate(self, time: Array) -> tuple[Array, Array]:
@@ -302,8 +328,7 @@ class Step(_Transition):
 
     kind: Literal["step"] = "step"
 
-    @staticmethod
-    def _shape(s: Array) -> tuple[Array, Array, Array]:
+    def _shape(self, s: Array) -> tuple[Array, Array, Array]:
         return adams_step(s)
 
 
@@ -315,8 +340,7 @@ class Step5(_Transition):
 
     kind: Literal["step5"] = "step5"
 
-    @staticmethod
-    def _shape(s: Array) -> tuple[Array, Array, Array]:
+    def _shape(self, s: Array) -> tuple[Array, Array, Array]:
         x = np.clip(s, 0.0, 1.0)
         left = 1.0 - x
         rate = 30.0 * (x * left) ** 2
@@ -331,8 +355,7 @@ class Havsin(_Transition):
 
     kind: Literal["havsin"] = "havsin"
 
-    @staticmethod
-    def _shape(s: Array) -> tuple[Array, Array, Array]:
+    def _shape(self, s: Array) -> tuple[Array, Array, Array]:
         angle, half = np.pi * np.clip(s, 0.0, 1.0), 0.5 * np.pi
         return 0.5 - 0.5 * np.cos(angle), half * np.sin(angle), half * np.pi * np.cos(angle)
 
@@ -340,3 +363,30 @@ class Havsin(_Transition):
     def shortest_time(self) -> float:
         """Time in which it is close to a polynomial: a quarter of its sine's period [s]."""
         return 2.0 * (self.end - self.start) / PIECES_PER_PERIOD
+
+
+class VelocityStep(_Transition):
+    """A move whose velocity follows ADAMS' STEPs, as [S2]'s figure 3 shows joint velocities.
+
+    The rate rises from 0 to a plateau by STEP(time, start, 0, start + r, level) and falls back to
+    0 by another one that ends at `end`, with r = ramp_share (end - start) and level =
+    (final - initial) / ((1 - ramp_share) (end - start)). It is twice continuously differentiable.
+
+    Attributes:
+        ramp_share: share of the time in each ramp, above 0 and up to 0.5 [-]; the default is
+            *assumed*.
+
+    The other attributes and the errors are those of `Step`.
+    """
+
+    kind: Literal["velocity-step"] = "velocity-step"
+    ramp_share: float = Field(default=RAMP_SHARE, gt=0.0, le=0.5)
+
+    def _shape(self, s: Array) -> tuple[Array, Array, Array]:
+        return velocity_step(s, self.ramp_share)
+
+    def kinks_until(self, end: float) -> tuple[float, ...]:
+        """Return the ends of both ramps: there the third derivative jumps [s]."""
+        ramp = self.ramp_share * (self.end - self.start)
+        inner = {self.start + ramp, self.end - ramp}
+        return (self.start, *sorted(inner), self.end)

@@ -58,7 +58,7 @@ class JointMotion:
 
     Attributes:
         motion: from joint name to its angle, a number or a function of time [rad]: `Step`, `Step5`,
-            `Havsin`, `Sine`, `Waypoints`, `Hermite`, `Sum`, `Periodic`.
+            `Havsin`, `VelocityStep`, `Sine`, `Waypoints`, `Hermite`, `Sum`, `Periodic`.
         cycle_time: with which the motion repeats, so that a summary covers whole cycles [s];
             None: it does not repeat.
         steady_from: time from which it repeats [s].

@@ -3,7 +3,15 @@
 from hexapod_pin.control.arc_walk import ArcWalk, paper_motion
 from hexapod_pin.control.body_motion import BodyMotion
 from hexapod_pin.control.commanded_body import VelocityCommand
-from hexapod_pin.control.curves import Havsin, Hermite, Sine, Step, Step5, Waypoints
+from hexapod_pin.control.curves import (
+    Havsin,
+    Hermite,
+    Sine,
+    Step,
+    Step5,
+    VelocityStep,
+    Waypoints,
+)
 from hexapod_pin.control.joint_motion import JointMotion
 from hexapod_pin.control.sampled_trajectory import SampledTrajectory
 from hexapod_pin.control.time_function import Periodic, Sum
@@ -21,6 +29,7 @@ __all__ = [
     "Step5",
     "Sum",
     "VelocityCommand",
+    "VelocityStep",
     "Waypoints",
     "paper_motion",
 ]

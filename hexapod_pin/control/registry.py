@@ -67,7 +67,7 @@ def _arc(data: Mapping[str, Any]) -> ArcWalk:
     from hexapod_pin.control.arc_walk import ArcWalk
     from hexapod_pin.control.gait import Gait
 
-    angles = ("amplitude", "lift_angle", "profile", "stop_at")
+    angles = ("amplitude", "lift_angle", "profile", "stop_at", "ramp_share")
     given = table(data, "controller", required=("kind", "gait"), optional=angles)
     if not isinstance(given["gait"], Mapping):
         raise ParameterError("controller.gait", given["gait"], "a table")

@@ -8,7 +8,16 @@ import numpy as np
 from pydantic import Field, FiniteFloat
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.control.curves import Havsin, Hermite, MotionFunction, Sine, Step, Step5, Waypoints
+from hexapod_pin.control.curves import (
+    Havsin,
+    Hermite,
+    MotionFunction,
+    Sine,
+    Step,
+    Step5,
+    VelocityStep,
+    Waypoints,
+)
 from hexapod_pin.errors import ParameterError
 
 SEAM_TOLERANCE = 1e-12
@@ -134,7 +143,8 @@ class Periodic(MotionFunction):
 
 
 Moving = Annotated[
-    Sine | Waypoints | Hermite | Step | Step5 | Havsin | Sum | Periodic, Field(discriminator="kind")
+    Sine | Waypoints | Hermite | Step | Step5 | Havsin | VelocityStep | Sum | Periodic,
+    Field(discriminator="kind"),
 ]
 """A function of time."""
 

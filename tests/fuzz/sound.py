@@ -58,7 +58,7 @@ def _functions_of_time() -> list[Any]:
     return [
         sine, hp.motion.Hermite(time=points, value=(0.0, 0.1, 0.0), rate=(0.0, 0.1, 0.0)),
         hp.motion.Waypoints(time=points, value=(0.0, 0.1, 0.0)), hp.motion.Havsin(**step),
-        hp.motion.Step(**step), hp.motion.Step5(**step),
+        hp.motion.Step(**step), hp.motion.Step5(**step), hp.motion.VelocityStep(**step),
         hp.motion.Sum(terms=(sine, hp.motion.Step5(**step))),
         hp.motion.Periodic(function=sine, period=1.0),
     ]  # fmt: skip
@@ -288,7 +288,9 @@ PLAIN: Mapping[Any, Any] = {
 }  # fmt: skip
 
 
-TIME_FUNCTIONS = ("Hermite", "Waypoints", "Havsin", "Step", "Step5", "Sine", "Sum", "Periodic")
+TIME_FUNCTIONS = (
+    "Hermite", "Waypoints", "Havsin", "Step", "Step5", "VelocityStep", "Sine", "Sum", "Periodic",
+)  # fmt: skip
 
 FIGURES = tuple(
     f"write_{name}" for name in (
