@@ -15,6 +15,7 @@ from oracles.second_rhs.contact_scenes import friction_scenes, ground_scenes, no
 from oracles.second_rhs.drive_scenes import drive_scenes
 from oracles.second_rhs.long_scenes import long_scenes
 from oracles.second_rhs.normal_force import restitution_damping
+from oracles.second_rhs.prescribed_side import TorquePeaks
 from refusals import refused
 from scipy.integrate import solve_ivp
 
@@ -150,6 +151,59 @@ def test_a_bristle_lets_go_on_a_slope_where_the_closed_form_says() -> None:
     np.testing.assert_allclose(downhill, wanted, atol=1e-10)
 
 
+# Prescribed joints: the torques of S2's walk, as the page of its study gives them.
+
+S2_PEAKS = {"coxa": 0.466, "femur": 1.379, "tibia": 0.1155}
+"""Of docs/results/s2_study.md, over whole cycles from 2.4 s on, of the worst leg [N m]."""
+
+DENSE = 2e-4
+"""Spacing of the core's samples, from which the second right-hand side starts [s]."""
+
+
+@pytest.fixture(scope="module")
+def s2_walk() -> hp.Trace:
+    """Return two cycles of S2's walk by the core; every cycle after the first is the same."""
+    robot = hp.load_robot("kharagpur")
+    scene = hp.Scene(robot, contact=hp.Contact.s2(), prescribed=True)
+    motion = hp.motion.paper_motion(robot, stroke=0.14)
+    return hp.simulate(
+        scene, motion, duration=4.8, method="ndf", accuracy=1e-8, sample=DENSE
+    )  # fmt: skip
+
+
+def s2_again(trace: hp.Trace, start: int, duration: float, step: float) -> tuple[Array, Array]:
+    """Return the torque peaks (18,) [N m] and the last q of a run from a sample of the core on."""
+    case, peaks = hp.load_case(trace), TorquePeaks(18)
+    run = integrate(
+        case.scene, case.controller, duration=duration, sample=duration / 4, tolerance=1e-6,
+        initial=hp.State(trace.q[start], trace.v[start]), start=float(trace.time[start]),
+        longest_step=step, observe=peaks,
+    )  # fmt: skip
+    return peaks.peak, run.q[-1]
+
+
+@pytest.mark.parametrize("kind", S2_PEAKS)
+def test_torque_peaks_of_prescribed_joints(s2_walk: hp.Trace, kind: str) -> None:
+    """40 ms about each peak. Steps of 0.2 ms may miss the top of a peak by 0.1 %, no more."""
+    steady = s2_walk.time > 2.4 - 1e-9
+    torque = np.abs(np.where(steady[:, None], s2_walk.torque, 0.0))
+    own = [j for j, name in enumerate(s2_walk.joint_names) if kind in name]
+    row, joint = divmod(int(torque[:, own].argmax()), len(own))
+    found, q = s2_again(s2_walk, row - 150, 0.04, 2e-4)
+    assert found[own[joint]] == pytest.approx(torque[row, own[joint]], rel=1e-3)
+    assert found[own[joint]] == pytest.approx(S2_PEAKS[kind], rel=2e-3)  # its printed digits
+    np.testing.assert_allclose(q, s2_walk.q[row + 50], rtol=0, atol=1e-8)
+
+
+@pytest.mark.slow
+def test_torque_peaks_of_a_whole_cycle(s2_walk: hp.Trace) -> None:
+    """Of all 18 joints; steps of 2 ms between switches miss sharp peaks by 1 % at most."""
+    start = int(np.searchsorted(s2_walk.time, 2.4 - 1e-9))
+    found, q = s2_again(s2_walk, start, 2.4, 2e-3)
+    np.testing.assert_allclose(found, np.abs(s2_walk.torque[start:]).max(axis=0), rtol=1e-2)
+    np.testing.assert_allclose(q, s2_walk.q[-1], rtol=0, atol=1e-7)
+
+
 def test_exact_restitution_is_that_of_the_table() -> None:
     """Roots of ln((1 + a)/(1 - a e)) = a (1 + e), as tabulated to four digits."""
     table = {0.1: 9.998, 0.3: 3.087, 0.5: 1.4328, 0.8: 0.3731, 0.95: 0.0789}
@@ -159,7 +213,7 @@ def test_exact_restitution_is_that_of_the_table() -> None:
 
 @pytest.mark.parametrize(
     ("part", "given", "value"),
-    [("terrain", hp.Stairs(rise=0.01, run=0.2, count=2), "Stairs"), ("prescribed", True, True)],
+    [("terrain", hp.Stairs(rise=0.01, run=0.2, count=2), "Stairs")],
 )
 def test_what_is_not_written_is_refused(part: str, given: object, value: object) -> None:
     scene = hp.Scene(hp.load_robot("kharagpur"), **{part: given})

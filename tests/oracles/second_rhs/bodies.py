@@ -128,6 +128,21 @@ class Bodies:
         holding[locked] = (mass @ out - rest)[6:][locked]
         return out, holding
 
+    def driven(self, q: Array, v: Array, acceleration: Array) -> tuple[Array, Array]:
+        """Return v' (nv,) and the torques (n,) [N m] of joints with given accelerations.
+
+        Args:
+            q: configuration (nq,).
+            v: velocity (nv,).
+            acceleration: of the joints (n,) [rad/s^2].
+        """
+        mass = pin.crba(self.model, self._data, q)
+        mass = np.triu(mass) + np.triu(mass, 1).T
+        out = np.concatenate([np.zeros(6), acceleration])
+        still = pin.rnea(self.model, self._data, q, v, out, self._outer).copy()
+        out[:6] = -np.linalg.solve(mass[:6, :6], still[:6])
+        return out, still[6:] + mass[6:, :6] @ out[:6]
+
 
 def _matrix(moments: tuple[float, ...]) -> Array:
     """Return the inertia of ixx, iyy, izz, ixy, ixz, iyz [kg m^2]."""

@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import DivergenceError, ParameterError
 from hexapod_pin.scene.loads import LostLeg, Push
+from oracles.second_rhs.prescribed_side import PrescribedSide
 from oracles.second_rhs.right_hand_side import Evaluation, Modes, RightHandSide
 from oracles.second_rhs.set_point_curve import curve_between, knots_within
 from oracles.second_rhs.switch import SecondRun, Switch, changes
@@ -33,6 +34,9 @@ MOST_CHANGES = 60
 FIRST_STEP = 1e-7
 """First step behind a switch [s]."""
 
+Observer = Callable[[float, Evaluation], None]
+"""Called with the time [s] and the evaluation at every accepted step."""
+
 ATOL_SHARE = 1e-2
 """atol over rtol, y in SI units."""
 
@@ -40,8 +44,11 @@ ATOL_SHARE = 1e-2
 class _Interval:
     """The equations between two times with the same set-point curve, pushes and lost legs."""
 
-    def __init__(self, right: RightHandSide, tolerance: float, longest_step: float) -> None:
+    def __init__(
+        self, right: RightHandSide, tolerance: float, longest_step: float, observe: Observer | None
+    ) -> None:
         self.right, self.tolerance, self.longest = right, tolerance, longest_step
+        self.observe = observe
         self.switched: list[Switch] = []
         self._last: tuple[float, bytes, Modes, Evaluation] | None = None
         self._switches: tuple[Evaluation, Array] | None = None
@@ -84,6 +91,9 @@ class _Interval:
         while t < end:
             solution, t_new = self._to_switch(t, end, y, modes)
             rows += [solution(s) for s in times[(times > t) & (times <= t_new)]]
+            if self.observe is not None:
+                for s in solution.ts[solution.ts <= t_new]:
+                    self.observe(float(s), self.evaluate(float(s), solution(s), modes))
             y = solution(t_new)
             if t_new == end:
                 return y, modes, rows
@@ -125,8 +135,9 @@ class _Interval:
 def integrate(
     scene: Scene, controller: Controller, *, duration: float, initial: State,
     tolerance: float = 1e-10, sample: float = 1e-2, longest_step: float = 2e-3,
+    start: float = 0.0, observe: Observer | None = None,
 ) -> SecondRun:  # fmt: skip
-    """Return a run: configurations at its samples, 0 and `duration` among them, and its switches.
+    """Return a run: configurations at its samples, both ends among them, and its switches.
 
     Args:
         scene: what is simulated; planes (patched, shaken), all contact laws, drives and stops,
@@ -138,6 +149,8 @@ def integrate(
         sample: [s].
         longest_step: of the integrator [s]: switches there and back within a quarter of one may be
             missed.
+        start: time of `initial` [s]; laws with a memory of their own start without it.
+        observe: called at every accepted step.
 
     Raises:
         ParameterError: something in the scene that is not written here, or a duration that is not
@@ -147,17 +160,18 @@ def integrate(
     count = round(duration / sample)
     if count < 1 or abs(count * sample - duration) > 1e-9 * duration:
         raise ParameterError("duration", duration, f"a whole number of samples of {sample:g} s")
-    right = RightHandSide(scene)
-    plan = controller.plan(scene.robot, duration)
-    times = np.linspace(0.0, duration, count + 1)[1:]
-    borders = _borders(scene, knots_within(plan, duration), duration)
+    right = PrescribedSide(scene) if scene.prescribed else RightHandSide(scene)
+    end_time = start + duration
+    plan = controller.plan(scene.robot, end_time)
+    times = np.linspace(start, end_time, count + 1)[1:]
+    borders = _borders(scene, knots_within(plan, end_time), start, end_time)
     y, modes = np.zeros(0), None
     rows: list[Array] = []
     switched: list[Switch] = []
     for begin, end in zip(borders, borders[1:], strict=False):
         right.set_points = curve_between(plan, begin, end)
         _load(scene, right, 0.5 * (begin + end))
-        pieces = _Interval(right, tolerance, longest_step)
+        pieces = _Interval(right, tolerance, longest_step, observe)
         if modes is None:
             y, modes = right.first(begin, initial)
         y, modes, found = pieces.run(begin, end, y, modes, times)
@@ -168,15 +182,15 @@ def integrate(
     return SecondRun(q, tuple(switched))
 
 
-def _borders(scene: Scene, knots: list[float], duration: float) -> list[float]:
-    """Return all times at which the equations change by themselves, 0 and the end among them."""
-    changes = {0.0, duration, *knots}
+def _borders(scene: Scene, knots: list[float], start: float, end_time: float) -> list[float]:
+    """Return all times at which the equations change by themselves, both ends among them."""
+    changes = {start, end_time, *knots}
     for load in scene.loads:
         if isinstance(load, Push):
             changes |= {load.start, load.end}
         elif isinstance(load, LostLeg):
             changes.add(load.start)
-    return sorted(t for t in changes if 0.0 <= t <= duration)
+    return sorted(t for t in changes if start <= t <= end_time)
 
 
 def _load(scene: Scene, right: RightHandSide, time: float) -> None:

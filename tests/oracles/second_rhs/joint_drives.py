@@ -79,7 +79,7 @@ class JointDrives:
             values[joints] = 0.0
         self.cap[joints] = self.stall[joints] = NO_LIMIT
 
-    def demand(self, angle: Array, rate: Array, to: tuple[Array, Array]) -> Array:
+    def demand(self, angle: Array, rate: Array, to: tuple[Array, ...]) -> Array:
         """Return the torque asked of the motors [N m]."""
         return self.kp * (to[0] - angle) + self.kd * (to[1] - rate)
 

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.errors import ParameterError
 from hexapod_pin.scene.loads import Push
 from oracles.second_rhs.bodies import Bodies
 from oracles.second_rhs.foot_contacts import SWITCHES, ContactMode, ContactState, FootContacts
@@ -42,7 +41,8 @@ class Evaluation:
         rate: y'.
         contacts: the contacts.
         joints: angles, rates and torques asked of the motors, (n,) each [rad, rad/s, N m].
-        holding: torques that hold joints stuck by dry friction (n,) [N m].
+        holding: torques that hold joints stuck by dry friction, or all torques of prescribed joints
+            (n,) [N m].
     """
 
     rate: Array
@@ -66,10 +66,8 @@ class RightHandSide:
         """Read the scene.
 
         Raises:
-            ParameterError: prescribed joints, or something else that is not written here.
+            ParameterError: something that is not written here.
         """
-        if scene.prescribed:
-            raise ParameterError("Scene.prescribed", True, "False in the second right-hand side")
         self.bodies, self.drives = Bodies(scene), JointDrives(scene)
         self.laws = FootContacts(scene.contact, Surface(scene.terrain))
         self.nq, self.nv = self.bodies.model.nq, self.bodies.model.nv
@@ -99,14 +97,21 @@ class RightHandSide:
         contacts = [self._contact(k, time, y, mode) for k, mode in enumerate(modes.contacts)]
         for push in self.pushes:
             self.bodies.add_push(push)
+        acceleration, joints, holding = self.joint_motion(time, q, v, modes)
+        stretch = [at.stretch_rate for at in contacts] if self.bristles else []
+        whole = np.concatenate([configuration_rate(q, v), acceleration, *stretch])
+        return Evaluation(whole, contacts, joints, holding)
+
+    def joint_motion(
+        self, time: float, q: Array, v: Array, modes: Modes
+    ) -> tuple[Array, tuple[Array, Array, Array], Array]:
+        """Return v', the joints and the holding torques of an evaluation."""
         angle, rate = q[7:], v[6:]
         demand = self.drives.demand(angle, rate, self.set_points(time))
         torque = self.drives.torque(modes.joints, angle, rate, demand)
         locked = self.drives.stuck(modes.joints)
         acceleration, holding = self.bodies.acceleration(q, v, torque, locked)
-        stretch = [at.stretch_rate for at in contacts] if self.bristles else []
-        whole = np.concatenate([configuration_rate(q, v), acceleration, *stretch])
-        return Evaluation(whole, contacts, (angle, rate, demand), holding)
+        return acceleration, (angle, rate, demand), holding
 
     def switches(self, modes: Modes, at: Evaluation) -> Array:
         """Return the switching functions: of all contacts, then of the joints; positive inside."""

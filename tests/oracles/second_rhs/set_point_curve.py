@@ -10,8 +10,8 @@ from scipy.interpolate import BPoly, CubicHermiteSpline
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.joint_trajectory import JointTrajectory
 
-Curve = Callable[[float], tuple[Array, Array]]
-"""Time [s] -> angles (n,) [rad] and rates (n,) [rad/s]."""
+Curve = Callable[[float], tuple[Array, Array, Array]]
+"""Time [s] -> angles [rad], rates [rad/s] and accelerations [rad/s^2], (n,) each."""
 
 
 def knots_within(plan: JointTrajectory, end: float) -> list[float]:
@@ -37,14 +37,14 @@ def curve_between(plan: JointTrajectory, begin: float, end: float) -> Curve:
         assert plan.acceleration is not None
         ends = np.stack([plan.q[k : k + 2], plan.v[k : k + 2], plan.acceleration[k]], axis=1)
         spline = BPoly.from_derivatives([t0, t1], ends)
-    slope = spline.derivative()
-    return lambda t: (spline(t), slope(t))
+    slope, bend = spline.derivative(), spline.derivative(2)
+    return lambda t: (spline(t), slope(t), bend(t))
 
 
 def _constant(angle: Array, rate: Array) -> Curve:
-    return lambda _: (angle, rate)
+    return lambda _: (angle, rate, np.zeros_like(angle))
 
 
 def _line(t0: float, t1: float, start: Array, end: Array, rate: Array) -> Curve:
     way = (end - start) / (t1 - t0)
-    return lambda t: (start + (t - t0) * way, rate)
+    return lambda t: (start + (t - t0) * way, rate, np.zeros_like(way))
