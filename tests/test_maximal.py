@@ -292,6 +292,18 @@ def test_what_cannot_be_computed_is_refused() -> None:
         )
 
 
+@pytest.mark.parametrize("kind", ["continuous", "fixed"])
+def test_an_origin_that_is_left_out_is_the_identity(kind: str) -> None:
+    """As URDF's specification says, of joints that turn and of fixed ones."""
+    text = pendulum().replace("continuous", kind)
+    given = text.replace('<origin xyz="0 0 0.5"/>', '<origin xyz="0 0 0" rpy="0 0 0"/>')
+    left_out = text.replace('<origin xyz="0 0 0.5"/>', "")
+    assert given.count("<origin") == left_out.count("<origin") + 1
+    one, two = maximal.read_bodies(given), maximal.read_bodies(left_out)
+    for name in ("mass", "inertia", "root_origin", "place", "attitude", "child_place"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(two, name))
+
+
 def test_bearing_of_a_hanging_arm() -> None:
     """Hanging still under its hinge, 3 cm aside along the axis: m g up, and m g 0.03 of tilting.
 

@@ -198,8 +198,7 @@ def _inertia(robot: Any, group: LinkGroup) -> RigidInertia:
     for name, frame in group.frames.items():
         inertial = links[name].inertial
         if inertial is not None and inertial.mass is not None:
-            own = np.eye(4) if inertial.origin is None else inertial.origin
-            parts.append(link_inertia(inertial.mass, frame @ own, inertial.inertia))
+            parts.append(link_inertia(inertial.mass, frame @ _origin(inertial), inertial.inertia))
     return combined(parts)
 
 
@@ -243,9 +242,13 @@ def _sphere(link: Any) -> tuple[Array, float]:
     """Return centre (4,), homogeneous, and radius of a link's first collision sphere."""
     for collision in link.collisions:
         if collision.geometry.sphere is not None:
-            origin = np.eye(4) if collision.origin is None else collision.origin
-            return origin[:, 3], float(collision.geometry.sphere.radius)
+            return _origin(collision)[:, 3], float(collision.geometry.sphere.radius)
     return np.array([0.0, 0.0, 0.0, 1.0]), 0.0
+
+
+def _origin(part: Any) -> Array:
+    """Return the <origin> (4, 4) of a joint, inertial or collision; URDF's default: identity."""
+    return np.eye(4) if part.origin is None else np.asarray(part.origin)
 
 
 def _unit_axis(joint: Any) -> Array:
@@ -333,7 +336,7 @@ def rigid_groups(robot: Any) -> list[LinkGroup]:
     for parent, group in enumerate(groups):
         for name, frame in group.frames.items():
             groups += [
-                _rigid(joint.child, below, joint, parent, frame @ joint.origin)
+                _rigid(joint.child, below, joint, parent, frame @ _origin(joint))
                 for joint in below[name]
                 if joint.type in TURNING_JOINTS
             ]
@@ -348,6 +351,6 @@ def _rigid(
     for name in queue:
         for fixed in below[name]:
             if fixed.type == "fixed":
-                frames[fixed.child] = frames[name] @ fixed.origin
+                frames[fixed.child] = frames[name] @ _origin(fixed)
                 queue.append(fixed.child)
     return LinkGroup(frames, joint, parent, joint_frame)
