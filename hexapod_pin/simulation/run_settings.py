@@ -100,15 +100,22 @@ class TimeGrid:
         _require_times(duration, sample)
         if sample is None:
             sample = duration / max(1, round(duration / ADAPTIVE_SAMPLE)) or ADAPTIVE_SAMPLE
-        return cls(sample, integer_ratio("duration/sample", duration, sample), 0.0, 1)
+        hint = "Where no sample is given, its time divides any duration."
+        return cls(sample, integer_ratio("duration/sample", duration, sample, hint), 0.0, 1)
 
 
 MOST = 2.0**53
 """Most samples or steps that can be counted in doubles."""
 
 
-def integer_ratio(name: str, total: float, part: float) -> int:
+def integer_ratio(name: str, total: float, part: float, hint: str = "") -> int:
     """Return total/part, which must be a whole number to 1e-9 of itself.
+
+    Args:
+        name: of the ratio, in the error.
+        total: [s].
+        part: [s].
+        hint: another way out than a multiple.
 
     Raises:
         ParameterError: it is not.
@@ -117,9 +124,11 @@ def integer_ratio(name: str, total: float, part: float) -> int:
         raise ParameterError(name, total / part if part else math.inf, f"at most {MOST:g}")
     count = round(total / part)
     if abs(count * part - total) > 1e-9 * max(abs(total), part) or (count < 1 and total > 0.0):
+        low = max(1, math.floor(total / part)) * part
         raise ParameterError(
-            name, total / part, f"a whole number ({total:g} s is not a multiple of {part:g} s)"
-        )
+            name, total / part, f"a whole number ({total:g} s is not a multiple of {part:g} s)",
+            f"{low:.10g} s and {low + part:.10g} s are multiples. {hint}".rstrip(),
+        )  # fmt: skip
     return count
 
 
