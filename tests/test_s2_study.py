@@ -10,7 +10,9 @@ from pathlib import Path
 import pytest
 from studies.s2 import page as s2_page
 from studies.s2 import runs as s2_runs
-from studies.s2.claims import FAILS, HOLDS, claims
+from studies.s2.claims import DONE, FAILS, HOLDS, IN_PART, claims
+from studies.s2.findings import contact_table, findings, output_table
+from studies.s2.motors import chosen_motors
 from studies.s2.runs import PartsInterrupted, study_cases, study_parts
 
 import hexapod_pin as hp
@@ -40,7 +42,7 @@ def test_one_file_holds_everything(study: dict) -> None:
     assert study["paper"].time[-1] == pytest.approx(10.0)
     assert len(study["paper"].time[::5]) == 601  # S2's 600 output steps
     assert study["torque_map"].torque_peak.shape == (2, 2, 18)
-    assert study["gait_energy"].scenes == ("servo", "prescribed")
+    assert study["gait_energy"].scenes == tuple(s2_runs.energy_scenes(hp.load_robot("kharagpur")))
 
 
 def test_joint_one_is_highest_by_total_moment_only(study: dict) -> None:
@@ -48,8 +50,67 @@ def test_joint_one_is_highest_by_total_moment_only(study: dict) -> None:
     text = "the torque of joint 1 is the highest in every leg"
     assert verdicts[f"{text}: axis torque, what a motor gives"] == FAILS
     assert verdicts[f"{text}: total moment across the joint"] == HOLDS
-    assert verdicts["at most three cycles in 10 s"] == FAILS
     assert verdicts["the walk is statically stable"] == HOLDS
+
+
+def test_statements_are_those_of_the_paper(study: dict) -> None:
+    """Variations were checked, no trend was stated; assumptions (b) and (c) hold."""
+    found = claims(study)
+    verdicts = {claim.text: claim.verdict for claim in found}
+
+    def verdict(begin: str) -> str:
+        (one,) = (text for text in verdicts if text.startswith(begin))
+        return verdicts[one]
+
+    assert verdict("at most three complete cycles") == IN_PART  # above 2.5 s
+    assert verdict("the variation of joint torques with the stroke") == DONE
+    assert verdict("the variation of joint torques with the cycle time") == DONE
+    assert not [text for text in verdicts if "grow" in text or "fall" in text]
+    assert {claim.text.split(":")[0] for claim in findings(study)} >= {
+        "torques grow with the stroke", "torques fall with the cycle time",
+    }  # fmt: skip
+    assert verdict("wave tetrapod gait") == HOLDS
+    assert verdict("assumption (b)") == verdict("assumption (c)") == HOLDS
+    assert verdict("(section 3.2) torques are proportional") == FAILS
+    assert verdict("the maximum torque is what motors are chosen by") == FAILS
+    assert verdict("(appendix) eq. 5") == IN_PART
+    (impact,) = (claim.numbers for claim in found if claim.text.startswith("(appendix)"))
+    assert "+0.0758 N s on the feet, up" in impact and "-0.0758 N s with eq. 5" in impact
+    assert all(claim.numbers and claim.reason for claim in found)
+
+
+def test_the_maximum_torque_chooses_a_motor_that_overheats(study: dict) -> None:
+    """1.5 N m of stall torque exceed the 1.38 N m; a fifth of it, for ever, is below 0.75 N m."""
+    found = chosen_motors(study["paper"])
+    assert found.axis_torque == pytest.approx(1.379, abs=5e-4)
+    assert found.by_axis_torque.name == "AX-12A at 12 V"
+    use = found.by_axis_torque.budget.kind("femur")
+    assert use.continuous_use == pytest.approx(0.750 / 0.3, rel=2e-3) and not use.passes
+    assert found.by_all_needs.budget.passes
+    kinds = found.by_kind
+    assert kinds["tibia"][1] == kinds["tibia"][2] and kinds["femur"][1] != kinds["femur"][2]
+
+
+def test_output_steps_miss_the_sharp_peaks(study: dict) -> None:
+    """Of the coxa 14 %; femur peaks last, so that 0.3 % are missed. Servos ring: 44 % of a tibia's.
+
+    No instant shows more than the peak of all steps.
+    """
+    rows = output_table(study, s2_page.WALKS).rows
+    first = [float(cell.split(", ")[1].split("%")[0]) for cell in rows[0][1:]]
+    assert first == pytest.approx([14.4, 0.3, 0.1, 0.7], abs=0.15)
+    missed = [float(x) for row in rows for c in row[1:] for x in
+              c.split(", ")[1].replace("%", "").split(" to ")]  # fmt: skip
+    assert min(missed) >= 0.0 and max(missed) > 40.0
+
+
+def test_contacts_move_the_size_of_the_energy(study: dict) -> None:
+    """Of the mechanical cost by more than two at 0.03 m/s; every contact is named."""
+    table = contact_table(study["gait_energy"])
+    assert [row[0] for row in table.rows[:3]] == [
+        "servo, s2", "servo, s1", "servo, accurate",
+    ]  # fmt: skip
+    assert float(table.rows[-1][1].split(" / ")[0]) > 2.0
 
 
 def test_slow_walks_stand_in_the_page_beside_statics(study: dict) -> None:
@@ -62,8 +123,9 @@ def test_slow_walks_stand_in_the_page_beside_statics(study: dict) -> None:
 def test_page_is_written_from_the_file(study: dict, tmp_path: Path) -> None:
     verdicts = {"paper": hp.study.judge_peaks(study["paper"], threads=2)}
     text = s2_page.write_page(tmp_path, study, verdicts).read_text()
-    assert "| 0.56 / 0.44 / 0.189 |" in text  # coxa of S2's motion: peak, p99, RMS
-    assert "peak 1.318 N m" in text
+    assert "| 0.47 / 0.39 / 0.113 |" in text  # coxa of S2's motion: peak, p99, RMS
+    assert "| 0.56 / 0.44 / 0.189 |" in text  # of the angle by one STEP
+    assert "| peak 0.4664 N m | peak 1.379 N m | peak 0.1155 N m |" in text
     assert max(len(line) for line in text.splitlines() if not line.startswith("|")) < 140
 
 

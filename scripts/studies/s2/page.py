@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -18,15 +18,20 @@ from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.trace_file import StudyPart
 from hexapod_pin.text_table import Table
 from studies.s2 import words
-from studies.s2.claims import claims
+from studies.s2.claims import Claim, claims
+from studies.s2.findings import contact_table, energy_claims, findings, output_table
+from studies.s2.motors import motor_table
+from studies.s2.runs import RAMPS
 
 PAGE = "s2_study.md"
 
 WALKS = {
-    "paper": "S2's motion, STEP in stance, prescribed",
-    "constant": "S2's arcs at constant rate, prescribed",
-    "straight": "straight lines (no scrub), prescribed",
-    "paper_servo": "S2's motion, default servos (*assumed*)",
+    "paper": "velocity by STEPs, ramps of 10 % (*assumed*)",
+    "ramp_25": "velocity by STEPs, ramps of 25 % (*assumed*)",
+    "step": "angle by one STEP (another reading)",
+    "constant": "constant rate in stance (another reading)",
+    "straight": "straight lines (no scrub)",
+    "paper_servo": "velocity by STEPs, default servos (*assumed*)",
 }
 
 ENVELOPE = {  # N m: femur peak, femur stance RMS, total moment at the coxa; statics, 1 % rounding
@@ -46,28 +51,33 @@ def write_page(
     assert isinstance(grid, TorqueMap) and isinstance(energy, GaitEnergy)
     traces = {name: one for name, one in study.items() if isinstance(one, Trace)}
     parts = [
-        words.HEAD, "## S2's claims", words.CLAIMS, claims_table(study).markdown(),
+        words.HEAD, "## S2's statements", words.CLAIMS, claims_table(claims(study)).markdown(),
+        "## Findings", words.FINDINGS, claims_table(findings(study), "finding").markdown(),
         "## Motion (figure 3)", words.MOTION, "## Centre of mass (figure 5)", words.MASS_CENTER,
         margins_table(traces).markdown(), "## Joint torques (figure 6)", words.TORQUES,
-        torque_table(traces).markdown(), "### Which peaks hold", words.VERDICTS,
-        verdict_table(verdicts).markdown(), "### The quasi-static limit", words.SLOW,
+        torque_table(traces).markdown(), words.RAMPS, ramp_table(traces).markdown(),
+        "### Which peaks hold", words.VERDICTS, verdict_table(verdicts).markdown(),
+        "### What 600 output steps show", words.OUTPUT,
+        output_table(traces, WALKS).markdown(), "### Motors", words.MOTORS,
+        motor_table(traces["paper"]).markdown(), "### The quasi-static limit", words.SLOW,
         envelope_table(traces).markdown(), "## Stroke and cycle time", words.SWEEPS.format(
             peak=_error(grid, "torque_peak"), rms=_error(grid, "torque_rms")),
-        "## Energy against speed", words.ENERGY, *_energy_tables(energy), "## More", words.MORE,
+        "## Energy against speed", words.ENERGY, contact_table(energy).markdown(), words.FUTURE,
+        claims_table(energy_claims(energy), "cost: drive, contact").markdown(),
+        *_energy_tables(energy), "## More", words.MORE,
     ]  # fmt: skip
     page = folder / PAGE
     return write_atomically(page, "\n\n".join(part.strip() for part in parts) + "\n")
 
 
-def claims_table(study: Mapping[str, StudyPart]) -> Table:
-    """Return each claim with our numbers and a verdict."""
-    head = ("claim", "our numbers", "verdict", "why")
-    return Table("", head, [(c.text, c.numbers, f"**{c.verdict}**", c.reason)
-                            for c in claims(study)])  # fmt: skip
+def claims_table(rows: Sequence[Claim], what: str = "S2 states") -> Table:
+    """Return each statement or finding with our numbers and a verdict."""
+    head = (what, "our numbers", "verdict", "why")
+    return Table("", head, [(c.text, c.numbers, f"**{c.verdict}**", c.reason) for c in rows])
 
 
 def margins_table(traces: Mapping[str, Trace]) -> Table:
-    """Return least margins and the way of the centre of mass of each walk."""
+    """Return least margins and the path of the centre of mass of each walk."""
     rows = []
     for name, text in WALKS.items():
         found = stability(traces[name])
@@ -90,6 +100,15 @@ def torque_table(traces: Mapping[str, Trace]) -> Table:
         rows.append((text, *cells, " / ".join(peaks)))
     head = ("walk", "coxa: peak / p99 / RMS", "femur", "tibia", "total moments, joints 1 / 2 / 3")
     return Table("", head, rows)
+
+
+def ramp_table(traces: Mapping[str, Trace]) -> Table:
+    """Return the peaks of S2's motion by the share of its ramps."""
+    rows = [
+        (f"{share:.0%}", *(f"{k.peak.torque_peak:.3f}" for k in torque_budget(traces[name]).kinds))
+        for name, share in RAMPS.items()
+    ]
+    return Table("", ("ramp", "coxa", "femur", "tibia"), rows)
 
 
 def verdict_table(verdicts: Mapping[str, PeakVerdicts]) -> Table:

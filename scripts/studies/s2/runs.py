@@ -39,6 +39,9 @@ SAMPLES_PER_OUTPUT = 5
 ACCURACY = 1e-5
 """Of all but the slow runs [m and rad]."""
 
+RAMPS = {"ramp_2": 0.02, "ramp_5": 0.05, "paper": 0.1, "ramp_25": 0.25, "ramp_50": 0.5}
+"""Share of each move in a ramp of the velocity [-], by the name of the walk; *assumed*."""
+
 SLOW = 10.0
 """How many times S2's cycle time a quasi-static walk takes."""
 
@@ -75,6 +78,15 @@ def study_scene(robot: Robot) -> Scene:
     return Scene(robot, contact=Contact.preset("s2"), prescribed=True)
 
 
+def energy_scenes(robot: Robot) -> dict[str, Scene]:
+    """Return the scenes of the energy of gaits by drive and contact: servos on three contacts."""
+    scenes = {
+        f"servo, {name}": Scene(robot, contact=Contact.preset(name))
+        for name in ("s2", "s1", "accurate")
+    }
+    return {**scenes, "prescribed, s2": study_scene(robot)}
+
+
 def slow_gaits() -> dict[str, Gait]:
     """Return the gaits of the static envelope at a tenth of S2's speed, by name."""
     period = SLOW * Gait.tetrapod().cycle_time
@@ -95,7 +107,11 @@ def study_cases() -> dict[str, Case]:
         friction=scene.contact.friction,
     )
     walks: dict[str, tuple[Scene, Controller]] = {
-        "paper": (scene, paper_motion(robot, stroke=STROKE)),
+        **{
+            name: (scene, paper_motion(robot, stroke=STROKE, ramp_share=share))
+            for name, share in RAMPS.items()
+        },
+        "step": (scene, paper_motion(robot, stroke=STROKE, profile="step")),
         "paper_servo": (replace(scene, prescribed=False), paper_walk(robot, STROKE, 2.4)),
         "constant": (scene, paper_motion(robot, stroke=STROKE, profile="constant")),
         "straight": (scene, KinematicControl(Gait.tetrapod(stroke=STROKE))),
@@ -143,7 +159,7 @@ def study_parts(bar: Bar, *, threads: int = 2, every: int = 1) -> dict[str, Stud
             )  # fmt: skip
         with bar("energy against speed") as progress:
             parts["gait_energy"] = gait_energy(
-                {"servo": replace(scene, prescribed=False), "prescribed": scene},
+                energy_scenes(scene.robot),
                 speeds=SPEEDS[::every], accuracy=ACCURACY, threads=threads, progress=progress,
             )  # fmt: skip
     except StudyInterrupted as stop:
@@ -162,8 +178,8 @@ def _traces(cases: Mapping[str, Case], results: Sequence[object]) -> dict[str, S
 
 
 def paper_walk(robot: Robot, stroke: float, cycle_time: float) -> ArcWalk:
-    """Return S2's walk with a stroke [m] and a cycle time [s]: STEPs in stance and swing."""
-    return arc_walk(robot, stroke, Gait.tetrapod(cycle_time=cycle_time), "step")
+    """Return S2's walk with a stroke [m] and a cycle time [s]: STEPs of the joints' velocities."""
+    return arc_walk(robot, stroke, Gait.tetrapod(cycle_time=cycle_time), "velocity-step")
 
 
 def arc_walk(

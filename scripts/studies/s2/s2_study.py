@@ -1,6 +1,6 @@
 """S2's study: its simulation, both sweeps and the energy of gaits, into one netCDF file.
 
-About half a minute of two cores. The figures and the page are drawn from the file alone:
+About five minutes of two slow cores. The figures and the page are drawn from the file alone:
 s2_motion, s2_mass_center, s2_torques, s2_sweeps, s2_energy, s2_page.
 """
 
