@@ -15,10 +15,10 @@ from hexapod_pin.results.stability_margins import (
     contact_points,
     ground_plane,
     point_of_wrench,
-    static_margin,
     zero_moment_point,
     zero_moment_point_of_motion,
 )
+from hexapod_pin.robot.support_polygon import static_margin
 
 
 @pytest.fixture(scope="module")
