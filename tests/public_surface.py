@@ -34,8 +34,8 @@ SURFACE: Mapping[str, str] = {
         Groove Ledge Patch PatchedGround Ramp ShakingGround study_grounds
     """,
     "motion": """
-        ArcWalk BodyMotion Havsin Hermite JointMotion paper_motion Periodic SampledTrajectory Sine
-        Step Step5 Sum VelocityCommand VelocityStep Waypoints
+        ArcWalk BodyMotion Havsin Hermite JointMotion least_torque_posture paper_motion Periodic
+        posture_cost SampledTrajectory Sine Step Step5 Sum VelocityCommand VelocityStep Waypoints
     """,
     "sensors": """
         Sensor Sensors

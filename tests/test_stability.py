@@ -20,7 +20,7 @@ from hexapod_pin.commands.app import app
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.stability import MARGINS
 from hexapod_pin.results.stability_margins import horizontal_axes
-from hexapod_pin.robot.support_polygon import longitudinal_margins, static_margin, support_polygon
+from hexapod_pin.robot.static_margins import longitudinal_margins, static_margin, support_polygon
 
 RADIUS, HEIGHT = 0.3, 0.1  # of the synthetic trace's hexagon of feet, and of its centre of mass
 APOTHEM = RADIUS * math.sqrt(3.0) / 2.0

@@ -16,7 +16,7 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.control.foot_path import FootPath
 from hexapod_pin.control.leg_group import leg_group
 from hexapod_pin.results.stability_margins import nesm
-from hexapod_pin.robot.support_polygon import static_margin
+from hexapod_pin.robot.static_margins import static_margin
 
 STROKE, PERIOD, HEIGHT = 0.14, 2.4, 0.0988  # m, s, m
 HIP_X, HIP_Y, REACH = 0.2, 0.1025, 0.20284  # m; S2's legs, hips assumed

@@ -18,7 +18,7 @@ from hexapod_pin.results.stability_margins import (
     zero_moment_point,
     zero_moment_point_of_motion,
 )
-from hexapod_pin.robot.support_polygon import static_margin
+from hexapod_pin.robot.static_margins import static_margin
 
 
 @pytest.fixture(scope="module")

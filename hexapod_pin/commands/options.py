@@ -242,6 +242,14 @@ PostureText = Annotated[
     OptionalText,
     typer.Option("--posture", help="Standing angles: 'JOINT=DEGREES,JOINT=DEGREES,...'."),
 ]
+WalkPosture = Annotated[
+    OptionalText,
+    typer.Option(
+        "--posture",
+        help="Standing angles: 'JOINT=DEGREES,JOINT=DEGREES,...'; or least-torque: those that need "
+        "the least holding torque in this gait.",
+    ),
+]
 Hold = Annotated[
     OptionalText,
     typer.Option(help="Joints that do not walk: 'JOINT=DEGREES,...' (m for sliding joints)."),

@@ -31,7 +31,6 @@ from hexapod_pin.commands.options import (
     OptionalPath,
     OptionalText,
     PackagePath,
-    PostureText,
     Quick,
     Record,
     RepairFirst,
@@ -41,6 +40,7 @@ from hexapod_pin.commands.options import (
     Velocity,
     Verdict,
     Voltage,
+    WalkPosture,
     XacroArgs,
     chosen_motor,
     comma_list,
@@ -61,6 +61,9 @@ LEAST_DURATION = 10.0
 
 WALKED_CYCLES = 4
 """Cycles that it holds at least: two to start and two steady ones."""
+
+LEAST_TORQUE = "least-torque"
+"""Value of --posture that asks for a search instead of giving angles."""
 
 
 def walk(
@@ -186,7 +189,7 @@ def walk(
     foot_radius: FootRadius = None,
     forward: Forward = None,
     legs: Legs = None,
-    posture: PostureText = None,
+    posture: WalkPosture = None,
     held: Hold = None,
     package_path: PackagePath = None,
     xacro_arg: XacroArgs = None,
@@ -217,10 +220,13 @@ def walk(
     html_path = None if no_html else writable("--html", html, PAGES)
     case_path = None if save_case is None else writable("--save-case", save_case)
     motors = chosen_motor(motor, voltage, catalog)
+    searched = posture == LEAST_TORQUE
+    if not (posture is None or searched or "=" in posture):
+        raise ParameterError("--posture", posture, f"JOINT=DEGREES,... or {LEAST_TORQUE}")
     options = load_options(
-        feet=feet, legs=legs, posture=posture, held=held, package_path=package_path,
-        xacro_arg=xacro_arg, foot_radius=foot_radius, forward=forward, repair=repair or None,
-        mass=mass, density=density, effort=effort, velocity=velocity,
+        feet=feet, legs=legs, posture=None if searched else posture, held=held,
+        package_path=package_path, xacro_arg=xacro_arg, foot_radius=foot_radius, forward=forward,
+        repair=repair or None, mass=mass, density=density, effort=effort, velocity=velocity,
     )  # fmt: skip
     loaded = load_robot(robot, options=options)
     announce("planning the gait")
@@ -229,6 +235,14 @@ def walk(
         turn_rate=math.radians(turn_rate), **given(cycle_time=cycle_time, duty=duty, lift=lift),
     )  # fmt: skip
     chosen = fitted.gait
+    posture_lines: list[str] = []
+    if searched:
+        from hexapod_pin.control.posture import least_torque_posture
+
+        announce("searching the posture of least torque")
+        found = least_torque_posture(loaded, chosen)
+        loaded = load_robot(robot, options=options, posture=found.posture)
+        posture_lines = [f"posture {LEAST_TORQUE}: {line}" for line in found.lines()]
     cycles = max(WALKED_CYCLES, math.ceil(LEAST_DURATION / chosen.cycle_time))
     time = cycles * chosen.cycle_time if duration is None else duration
     if prescribed and not (kp is None and kd is None):
@@ -263,8 +277,8 @@ def walk(
 
     doubtful = bool(loaded.doubts) and not options.repair
     job = CaseToReport(
-        case, f"walking {length_of(case)}", [*_plan_lines(loaded, fitted), *motors.lines],
-        _remarks(loaded, fitted), motors.record, repaired if doubtful else None,
+        case, f"walking {length_of(case)}", [*_plan_lines(loaded, fitted), *posture_lines, *motors.lines],
+        [*_remarks(loaded, fitted), *posture_lines[:1]], motors.record, repaired if doubtful else None,
         changed, f"hexapod-pin select {robot}",
     )  # fmt: skip
     shown = Shown(full, joints, assumed, json, verdict, quick, threads)

@@ -35,6 +35,10 @@ from .kinematic import KinematicControl as KinematicControl
 from .leg_group import LegGroup as LegGroup
 from .leg_group import leg_group as leg_group
 from .leg_group import leg_order as leg_order
+from .posture import LeastTorquePosture as LeastTorquePosture
+from .posture import PostureCost as PostureCost
+from .posture import least_torque_posture as least_torque_posture
+from .posture import posture_cost as posture_cost
 from .registry import register_controller as register_controller
 from .sampled_trajectory import HoldPosture as HoldPosture
 from .sampled_trajectory import SampledTrajectory as SampledTrajectory

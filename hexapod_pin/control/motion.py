@@ -1,4 +1,4 @@
-"""Motions: functions of time for joints and trunk, walks on arcs, velocity commands."""
+"""Motions: functions of time for joints and trunk, walks on arcs, velocity commands, postures."""
 
 from hexapod_pin.control.arc_walk import ArcWalk, paper_motion
 from hexapod_pin.control.body_motion import BodyMotion
@@ -13,6 +13,7 @@ from hexapod_pin.control.curves import (
     Waypoints,
 )
 from hexapod_pin.control.joint_motion import JointMotion
+from hexapod_pin.control.posture import least_torque_posture, posture_cost
 from hexapod_pin.control.sampled_trajectory import SampledTrajectory
 from hexapod_pin.control.time_function import Periodic, Sum
 
@@ -31,5 +32,7 @@ __all__ = [
     "VelocityCommand",
     "VelocityStep",
     "Waypoints",
+    "least_torque_posture",
     "paper_motion",
+    "posture_cost",
 ]

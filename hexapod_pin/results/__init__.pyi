@@ -22,10 +22,7 @@ from .sizing import motor_budget as motor_budget
 from .sizing import motor_ranking as motor_ranking
 from .stability import Stability as Stability
 from .stability import stability as stability
-from .stability_margins import longitudinal_margins as longitudinal_margins
 from .stability_margins import nesm as nesm
-from .stability_margins import static_margin as static_margin
-from .stability_margins import support_polygon as support_polygon
 from .stability_margins import zero_moment_point as zero_moment_point
 from .stability_margins import zero_moment_point_of_motion as zero_moment_point_of_motion
 from .summary import Summary as Summary

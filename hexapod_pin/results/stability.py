@@ -24,7 +24,7 @@ from hexapod_pin.results.stability_margins import (
 from hexapod_pin.results.steady_window import Window, steady_window
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.robot.rotations import trunk_yaw, yawed
-from hexapod_pin.robot.support_polygon import longitudinal_margins, static_margin
+from hexapod_pin.robot.static_margins import longitudinal_margins, static_margin
 from hexapod_pin.text_table import Table
 
 MARGINS: dict[str, str] = {

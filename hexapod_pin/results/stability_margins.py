@@ -1,7 +1,7 @@
 """Margins are taken in energy and at the zero-moment point.
 
 Points are projected along gravity first; margins in the support polygon are those of
-`robot.support_polygon`.
+`robot.static_margins`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.recorded_robot import RecordedRobot
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.robot.support_polygon import cross, pairs, sides, standing_points
+from hexapod_pin.robot.static_margins import cross, pairs, sides, standing_points
 
 # Energy stability margins: how high the centre of mass must rise before the robot tips over.
 #

@@ -13,5 +13,8 @@ from .robot import Robot as Robot
 from .robot import load_robot as load_robot
 from .robot import urdf_path as urdf_path
 from .state import State as State
+from .static_margins import longitudinal_margins as longitudinal_margins
+from .static_margins import static_margin as static_margin
+from .static_margins import support_polygon as support_polygon
 from .urdf_report import UrdfReport as UrdfReport
 from .urdf_report import inspect as inspect

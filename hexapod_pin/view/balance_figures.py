@@ -14,7 +14,7 @@ from hexapod_pin.results.joint_moments import joint_moments
 from hexapod_pin.results.stability import EXCURSIONS, Stability, stability
 from hexapod_pin.results.stability_margins import contact_points
 from hexapod_pin.results.steady_window import steady_window
-from hexapod_pin.robot.support_polygon import support_polygon
+from hexapod_pin.robot.static_margins import support_polygon
 from hexapod_pin.view.figure_file import figure_format, save_figure
 from hexapod_pin.view.walk_figures import (
     COLORS,
