@@ -277,10 +277,15 @@ def walk(
 
     doubtful = bool(loaded.doubts) and not options.repair
     job = CaseToReport(
-        case, f"walking {length_of(case)}", [*_plan_lines(loaded, fitted), *posture_lines, *motors.lines],
-        [*_remarks(loaded, fitted), *posture_lines[:1]], motors.record, repaired if doubtful else None,
-        changed, f"hexapod-pin select {robot}",
-    )  # fmt: skip
+        case=case,
+        title=f"walking {length_of(case)}",
+        about=[*_plan_lines(loaded, fitted), *posture_lines, *motors.lines],
+        remarks=[*_remarks(loaded, fitted), *posture_lines[:1]],
+        motor=motors.record,
+        repaired=repaired if doubtful else None,
+        changed=changed,
+        following=f"hexapod-pin select {robot}",
+    )
     shown = Shown(full, joints, assumed, json, verdict, quick, threads)
     run_and_report(job, trace_path, html_path, shown)
 
