@@ -228,3 +228,21 @@ def test_ground_and_loads_reach_the_case(run: Run, tmp_path: Path) -> None:
         hp.loads.Push("base_link", force=(0.0, -20.0, 0.0), start=1.0, duration=0.1),
         hp.loads.LostLeg("rm", 0.05),
     )
+
+
+def test_a_refused_file_is_grouped_and_ends_with_the_next_command(run: Run, tmp_path: Path) -> None:
+    """The refusal of a real file was one line of 4677 characters, without the repair."""
+    text = hp.load_robot("kharagpur").urdf
+    (tmp_path / "slow.urdf").write_text(re.sub(r'velocity="[^"]+"', 'velocity="0"', text))
+    done = run("walk", "slow.urdf", *WALK)
+    lines = done.err.splitlines()
+    assert done.status == 2 and max(map(len, lines)) <= WIDTH and len(lines) <= 6
+    assert "18 joints ('lf_coxa_joint', " in done.err and "zero velocity" in " ".join(
+        done.err.split()
+    )
+    assert lines[-1] == "next: hexapod-pin walk slow.urdf --repair"
+    (tmp_path / "cut.urdf").write_text(
+        text.replace('<parent link="base_link"', '<parent link="none"')
+    )
+    refused = run("walk", "cut.urdf", *WALK)
+    assert refused.status == 2 and refused.err.splitlines()[-1].endswith("check cut.urdf")

@@ -21,6 +21,7 @@ from hexapod_pin.commands.compare import compare
 from hexapod_pin.commands.contact import contact
 from hexapod_pin.commands.evidence_commands import bench, verify
 from hexapod_pin.commands.options import in_options, option_names
+from hexapod_pin.commands.refusal import refusal_text
 from hexapod_pin.commands.resources import require_resources
 from hexapod_pin.commands.select import select
 from hexapod_pin.commands.sweep import sweep
@@ -28,7 +29,7 @@ from hexapod_pin.commands.terminal import FAILED, INTERRUPTED_TEXT, echo, fail, 
 from hexapod_pin.commands.trace_commands import budget, stability, view
 from hexapod_pin.commands.urdf_commands import check, repair
 from hexapod_pin.commands.walk import run, walk
-from hexapod_pin.errors import HexapodError, SimulationInterrupted
+from hexapod_pin.errors import HexapodError, SimulationInterrupted, UrdfError
 from hexapod_pin.stop_signals import begin, received
 from hexapod_pin.user_file import outputs_of_command
 
@@ -67,6 +68,9 @@ class _Commands(TyperGroup):
         except HexapodError as error:
             command = self.get_command(ctx, ctx.invoked_subcommand or "")
             text = in_options(error, option_names(command))
+            if isinstance(error, UrdfError) and len(error.findings) > 1:
+                options = {name for one in getattr(command, "params", ()) for name in one.opts}
+                text = refusal_text(error, ctx.invoked_subcommand or "", options)
             if isinstance(error, SimulationInterrupted) or received() is not None:
                 fail(" ".join(text.split()), interrupted_status())
             fail(text, FAILED)
