@@ -15,6 +15,7 @@ import trimesh
 import umsgpack
 from PIL import Image
 
+import hexapod_pin as hp
 from hexapod_pin.robot.reading import ResourceFinder
 from hexapod_pin.view.html import viewer_file, write_page
 from hexapod_pin.view.live import TYPED_ARRAY, packed
@@ -294,3 +295,15 @@ def test_three_js_reads_one_number_an_index() -> None:
     script = viewer_file("dist/main.min.js")
     loader: Any = re.search(r"=(\w+)\.data\.index;if\(void 0!==\w+\)\{.{1,99}?\}", script)
     assert re.search(r"setIndex\(new \w+\(\w+,1\)\)", loader[0])
+
+
+def test_a_trunk_without_a_shape_is_a_box_around_its_hips() -> None:
+    """A robot whose trunk mesh was missing was drawn without a trunk."""
+    text = re.sub(r"<visual>.*?</visual>|<collision>.*?</collision>", "",
+                  hp.load_robot("kharagpur").urdf, flags=re.DOTALL)  # fmt: skip
+    shapes = RobotShapes(text, {}).bodies["root_joint"]
+    (trunk,) = [one for one in shapes if one.geometry["type"] == "BoxGeometry"]
+    sizes = [trunk.geometry[name] for name in ("width", "height", "depth")]
+    hips = 0.205  # between the axes of left and right legs, as its file assumes [m]
+    assert sizes == pytest.approx([0.4, hips, 0.3 * hips])
+    assert trunk.position == pytest.approx([0.0, 0.0, 0.0], abs=1e-12)

@@ -23,6 +23,8 @@ from hexapod_pin.view.mesh_store import MeshStore
 
 STICK_COLOR = (0.45, 0.5, 0.55, 1.0)
 STICK_WIDTH = 0.06  # radius of a stand-in stick over its length
+TRUNK_HEIGHT = 0.3  # least side of a stand-in trunk over its second side
+TRUNK_OPACITY = 0.6  # so that the sticks show
 Y_TO_Z = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])  # three.js cylinder axis
 
 
@@ -71,7 +73,8 @@ class RobotShapes:
     """The shapes of each moving body of a URDF, bodies named by the joint that carries them.
 
     Boxes, cylinders and spheres are drawn as the file has them, and meshes decimated. A body of
-    which nothing can be drawn is shown as sticks from its joint to the next joints and feet.
+    which nothing can be drawn is shown as sticks from its joint to the next joints and feet, a
+    trunk as a box around its hips, too.
     """
 
     def __init__(
@@ -142,12 +145,14 @@ class RobotShapes:
             )
 
     def _sticks(self, joint: int) -> list[DrawnShape]:
-        """Return stand-ins for a body without drawable shapes; a trunk's meet amid its hips."""
+        """Return stand-ins for a body without drawable shapes; a trunk is a box around its hips."""
         feet = [self._frame(joint, name) for name in self._feet]
         ends = [self.model.jointPlacements[k].translation for k in self.model.children[joint]]
         middle = np.mean(ends, axis=0) if joint == 1 and ends else np.zeros(3)
         points = (*ends, *(foot for foot in feet if foot is not None))
         shapes = [_stick(np.asarray(end), middle) for end in points]
+        if joint == 1:
+            shapes.append(_box_around(np.array(ends).reshape(-1, 3)))
         for foot, radius in zip(feet, self._feet.values(), strict=True):
             if foot is not None:
                 shapes.append(DrawnShape(sphere(max(radius, 0.004)), np.eye(3), foot, STICK_COLOR))
@@ -229,6 +234,19 @@ def _primitive(visual: Any) -> DrawnShape | None:
     red, green, blue, opacity = (float(part) for part in visual.meshColor)
     position = np.array(visual.placement.translation)
     return DrawnShape(geometry, rotation, position, (red, green, blue, opacity))
+
+
+def _box_around(hips: Array) -> DrawnShape | None:
+    """Return a box around points of a trunk (K, 3) [m]; None where they are in one line or none."""
+    if len(hips) < 3:
+        return None
+    low, high = hips.min(axis=0), hips.max(axis=0)
+    sides = high - low
+    thin = TRUNK_HEIGHT * float(np.sort(sides)[1])
+    if thin <= 0.0:
+        return None
+    color = (*STICK_COLOR[:3], TRUNK_OPACITY)
+    return DrawnShape(box(np.maximum(sides, thin)), np.eye(3), 0.5 * (low + high), color)
 
 
 def _stick(end: Array, start: Array) -> DrawnShape | None:
