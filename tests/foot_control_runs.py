@@ -12,11 +12,13 @@ import hexapod_pin as hp
 from hexapod_pin.control import leg_group
 from hexapod_pin.control.feedback import Measurement
 
-HEAD = {"pitch": 0, "roll": 1, "begun": 2, "lag": 3, "pace": 4}
+HEAD = {"pitch": 0, "roll": 1, "begun": 2, "lag": 3, "pace": 4, "upright": (5, 8)}
+HEAD_SIZE = 8
 LEG_FIELDS = {
     "mode": 1, "without_load": 1, "searched": 1, "rise": 1, "offset": 3, "left_with": 3, "lag": 3,
     "integral": 3, "error": 3, "slope": 3, "pid_begun": 1, "travel": 1, "travel_rate": 1,
-    "force": 3, "foot": 3, "rates": 3, "slid": 3, "correction": 3, "share": 1, "bearing": 1,
+    "force": 3, "foot": 3, "rates": 3, "slid": 3, "correction": 3, "displaced": 3, "share": 1,
+    "target": 3, "servo_offset": 3, "wanted": 3,
 }  # fmt: skip
 DOWN, SWING, EARLY, SEARCH = range(4)
 
@@ -29,8 +31,9 @@ def robot(name: str) -> hp.Robot:
 def recall(memory: np.ndarray, name: str) -> np.ndarray:
     """Return a number of the memory (B, N) by name: (B,), of legs (B, 6) or (B, 6, 3)."""
     if name in HEAD:
-        return memory[:, HEAD[name]]
-    legs = memory[:, len(HEAD) :].reshape(len(memory), 6, -1)
+        place = HEAD[name]
+        return memory[:, slice(*place) if isinstance(place, tuple) else place]
+    legs = memory[:, HEAD_SIZE:].reshape(len(memory), 6, -1)
     assert legs.shape[2] == sum(LEG_FIELDS.values())
     names = list(LEG_FIELDS)
     first = sum(LEG_FIELDS[before] for before in names[: names.index(name)])

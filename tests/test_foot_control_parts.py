@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from foot_control_runs import EARLY, in_foot_order, reading, recall, robot, standing
 from scipy.spatial.transform import Rotation
@@ -12,7 +13,6 @@ from scipy.spatial.transform import Rotation
 import hexapod_pin as hp
 from hexapod_pin.control import leg_group
 from hexapod_pin.control.foot_control.controller import ReadyLaw, ready_law
-from hexapod_pin.control.foot_control.leg_model import foot_stiffness, standing_centre
 
 T = 0.005  # s, between ticks
 SERVO = hp.Servo(kp=100.0, kd=1.0)
@@ -30,7 +30,7 @@ def ticks(law: ReadyLaw, readings: Any, first: int = 0, memory: Any = None):
     memory, feet, memories = law.first_memory(1) if memory is None else memory, [], []
     for k, m in enumerate(readings, start=first):
         target, memory = law.tick(k * T, m, memory)
-        feet.append(target[0])
+        feet.append(target[0, :, :3])
         memories.append(memory[0])
     return np.array(feet), np.array(memories)
 
@@ -50,7 +50,7 @@ ANTICIPATING = hp.foot_control.SlipPid(kp=0.0, ki=0.0, kd=0.0)
 
 
 def anticipated(name: str, walk: Any, tick: int, rotation: Any = None):
-    """Return the loads for whose give targets allow (6, 3), trunk axes; the plan; the shares."""
+    """Return the loads that set-points allow for (6, 3), the soles from the centre, shares."""
     law = made(name, walk, slip=ANTICIPATING)
     rotation = np.eye(3) if rotation is None else rotation
     memory = None
@@ -61,65 +61,94 @@ def anticipated(name: str, walk: Any, tick: int, rotation: Any = None):
             name, plan[:, :3], foot_force=measured.foot_force, rotation=measured.rotation
         )
         target, memory = law.tick(k * T, measured, law.first_memory(1) if k == 0 else memory)
-    six = leg_group(robot(name))
-    jacobian = [
-        leg.jacobian(measured.q[0, i]) for leg, i in zip(six.legs, six.joint_index, strict=True)
-    ]
-    given = [j @ (j.T / 100.0) for j in jacobian]
-    loads = [
-        np.linalg.solve(g, p - t) for g, p, t in zip(given, plan[:, :3], target[0], strict=True)
-    ]
-    return np.array(loads), plan[:, :3], recall(memory, "share")[0]
-
-
-def moments(feet: np.ndarray, loads: np.ndarray, centre: np.ndarray) -> np.ndarray:
-    return np.cross(feet - centre, loads).sum(axis=0)
+    one, foot = robot(name), plan[:, :3] - leg_group(robot(name)).radius[:, None] * [0.0, 0.0, 1.0]
+    data = one.model.createData()
+    centre = pin.centerOfMass(
+        one.model, data, np.concatenate([pin.neutral(one.model)[:7], measured.q[0]])
+    )
+    return recall(memory, "target")[0], foot - centre, recall(memory, "share")[0]
 
 
 @every_robot
 def test_three_standing_feet_carry_the_load_of_statics(name):
     """The tripod in mid-swing: three loads from three equations of balance, the others none."""
     walk = hp.KinematicControl(hp.Gait.tripod(cycle_time=2.0))
-    loads, feet, share = anticipated(name, walk, 300)
-    centre, weight = standing_centre(robot(name)), 9.81 * robot(name).total_mass
+    loads, arms, share = anticipated(name, walk, 300)
+    weight = 9.81 * robot(name).total_mass
     assert sorted(share) == [0.0, 0.0, 0.0, 1.0, 1.0, 1.0]
     stands = share == 1.0
-    balance = np.array([np.ones(3), *(feet[stands, :2] - centre[:2]).T])
-    expected = np.linalg.solve(balance, [weight, 0.0, 0.0])
-    assert loads[stands, 2] == pytest.approx(expected, rel=3e-3)
-    assert np.abs(loads[~stands]).max() < 1e-9 * weight
-    assert np.abs(loads[:, :2]).max() < 1e-6 * weight  # along the normal
-    assert loads[:, 2].sum() == pytest.approx(weight, rel=1e-3)
-    assert np.abs(moments(feet, loads, centre)[:2]).max() < 1e-3 * weight * 0.3
+    expected = np.linalg.solve(np.array([np.ones(3), *arms[stands, :2].T]), [weight, 0.0, 0.0])
+    assert loads[stands, 2] == pytest.approx(expected, rel=1e-9)
+    assert not loads[~stands].any()
+    assert np.abs(loads[:, :2]).max() < 1e-12 * weight
 
 
 @every_robot
 @pytest.mark.parametrize("turn", [(0.0, 0.0, 0.0), (0.1, 0.0, 0.4), (0.0, 0.12, 0.0)])
 def test_six_feet_share_the_weight_with_the_least_squares(name, turn):
-    """On a slope, the trunk along with it: weight cos along the normal, where its line meets it."""
+    """On a slope, the trunk along with it: vertical forces with the least sum of squares.
+
+    Against all forces that balance the weight: the least of them by its pseudo-inverse.
+    """
     rotation = Rotation.from_rotvec(turn).as_matrix()
-    loads, feet, _ = anticipated(name, standing(), 0, rotation)
-    down = rotation.T @ [0.0, 0.0, -9.81 * robot(name).total_mass]
-    centre = standing_centre(robot(name))
-    depth = feet[0, 2] - centre[2]
-    under = centre + down * depth / down[2]
-    balance = np.array([np.ones(6), *(feet[:, :2] - under[:2]).T])
-    expected = np.linalg.pinv(balance) @ [-down[2], 0.0, 0.0]
-    assert loads[:, 2] == pytest.approx(expected, rel=3e-3)
-    # with the tangential forces that hold the trunk the moments about its centre are balanced
-    held = loads - np.outer(loads[:, 2] / loads[:, 2].sum(), [down[0], down[1], 0.0])
-    assert np.abs(moments(feet, held, centre)[:2]).max() < 1e-3 * np.linalg.norm(down) * 0.3
+    loads, arms, _ = anticipated(name, standing(), 0, rotation)
+    up, weight = rotation.T[:, 2], 9.81 * robot(name).total_mass
+    wrench = np.vstack([np.tile(up[:, None], 6), np.cross(arms, up).T])
+    expected = np.linalg.pinv(wrench, rcond=1e-9) @ [*(weight * up), 0.0, 0.0, 0.0]
+    assert loads == pytest.approx(np.outer(expected, up), rel=1e-8, abs=1e-8 * weight)
+    assert np.ptp(expected) > 0.01 * weight or not any(turn)
 
 
-def test_anticipation_uses_the_servos_give_in_the_standing_posture():
-    """Against the stiffness that the gains are made with: another code path."""
-    law = made(slip=ANTICIPATING)
-    target, _ = ticks(law, [loads_on("kharagpur", PUSHED)])
-    plan = law.walk.table.at(law.lead)[:, :3]
-    stiffness = foot_stiffness(hp.Scene(robot("kharagpur"), servo=SERVO))
-    loads = np.einsum("lij,lj->li", stiffness, plan - target[0])
-    assert loads[:, 2].sum() == pytest.approx(9.81 * robot("kharagpur").total_mass, rel=1e-3)
-    assert (plan - target[0])[:, 2].min() > 0.0  # pushed into the ground
+def statics(name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return own torques (6, 3), Jacobians (6, 3, 3) of the soles, these (6, 3), by Pinocchio."""
+    one, six = robot(name), leg_group(robot(name))
+    data, q = one.model.createData(), one.stand().q
+    own = pin.computeGeneralizedGravity(one.model, data, q)[6:][six.joint_index]
+    pin.computeJointJacobians(one.model, data, q)
+    jacobians, soles = [], []
+    for leg, columns in zip(six.legs, six.joint_index, strict=True):
+        foot = one.foot(one.leg(leg.name).foot)
+        place = data.oMi[one.model.getJointId(foot.joint)].act(np.array(foot.offset))
+        place = place - [0.0, 0.0, foot.radius]
+        column = data.J[:, 6 + columns]
+        jacobians.append(column[:3] + np.cross(column[3:].T, place).T)
+        soles.append(place - q[:3])
+    return own, np.array(jacobians), np.array(soles)
+
+
+@every_robot
+def test_anticipated_torques_are_those_of_statics(name):
+    """Offsets of the set-points times kp against Pinocchio's weight and Jacobians."""
+    law = made(name, slip=ANTICIPATING)
+    target, memory = law.tick(0.0, loads_on(name, PUSHED), law.first_memory(1))
+    own, jacobian, _ = statics(name)
+    expected = own - np.einsum("lij,li->lj", jacobian, recall(memory, "target")[0])
+    assert 100.0 * target[0, :, 6:9] == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
+    assert target[0, :, 9:] == pytest.approx(0.0, abs=1e-12)
+    assert target[0, :, :3] == pytest.approx(law.walk.table.at(law.lead)[:, :3], abs=1e-12)
+
+
+def test_anticipated_torques_are_the_servos():
+    """Kp d + kd d' is the torque at every tick, while loads change; d between two ticks, too."""
+    walk, name = hp.KinematicControl(hp.Gait.tripod(cycle_time=2.0)), "kharagpur"
+    law, memory = made(name, walk, slip=ANTICIPATING), None
+    offsets, rates, torques = [], [], []
+    measured = loads_on(name, PUSHED)
+    for k in range(400):
+        target, memory = law.tick(k * T, measured, law.first_memory(1) if k == 0 else memory)
+        offsets.append(target[0, :, 6:9])
+        rates.append(target[0, :, 9:])
+        torques.append(100.0 * recall(memory, "wanted")[0])
+    d, rate, torque = (np.array(part) for part in (offsets, rates, torques))
+    assert np.ptp(torque, axis=0).max() > 0.1
+    assert 100.0 * d + 1.0 * rate == pytest.approx(torque, abs=1e-9)  # kp, kd of the servo
+    lag, exact = 0.01, d[0]
+    for before, now, found in zip(torque, torque[1:], d[1:], strict=False):
+        slope = (now - before) / T
+        exact = (now - lag * slope) / 100.0 + (exact - (before - lag * slope) / 100.0) * np.exp(
+            -T / lag
+        )
+        assert found == pytest.approx(exact, abs=1e-12)
 
 
 # measured forces ---------------------------------------------------------------------------------

@@ -91,8 +91,10 @@ def test_a_tick_of_the_suspension_is_that_of_its_equation() -> None:
     system = np.array([[0.0, 1.0], [-stiffness / mass, -damper / mass]])
     expected = np.linalg.eigvals(np.linalg.inv(np.eye(2) - h * system))
     found = np.linalg.eigvals(law.memory)
-    assert law.size == 12 and law.fields == ("q", "rotation", "foot_force")
-    for one in found:
+    assert law.fields == ("q", "rotation", "foot_force")
+    moving = found[np.abs(found) > 1e-6]  # the others are those of the last tick's loads and places
+    assert len(moving) == 12
+    for one in moving:
         assert np.abs(one - expected).min() < 1e-6
 
 

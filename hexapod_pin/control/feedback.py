@@ -57,10 +57,12 @@ class Command:
 
     Attributes:
         q: joint angles [rad].
-        v: joint rates [rad/s]; None: 0 without a ramp, those of the motion with one.
+        v: joint rates [rad/s]. With a ramp those at its end; None: the mean rates of its motion.
+            Without a ramp those until the next command; None: 0.
         torque: added to the drives' own [N m]; None: 0.
-        ramp: False: constant until the next command. True: the angles go to `q` at constant rates
-            and arrive at the next tick.
+        ramp: False: constant until the next command. True: the angles go to `q` and arrive at the
+            next tick, on cubics that begin with the angles and rates of the set-points: both are
+            continuous from tick to tick. After the end of the motion the set-points rest.
     """
 
     q: Array

@@ -14,6 +14,7 @@ from hexapod_pin.native._core import ForceSource as ForceSource
 from hexapod_pin.native._core import FrictionKind as FrictionKind
 from hexapod_pin.native._core import FrictionLaw as FrictionLaw
 from hexapod_pin.native._core import FrictionMode as FrictionMode
+from hexapod_pin.native._core import LeastTorque as LeastTorque
 from hexapod_pin.native._core import LegChain as LegChain
 from hexapod_pin.native._core import LegSearch as LegSearch
 from hexapod_pin.native._core import LegsInverse as LegsInverse
@@ -37,6 +38,7 @@ from hexapod_pin.native._core import command_together as command_together
 from hexapod_pin.native._core import drive_law as drive_law
 from hexapod_pin.native._core import evaluate as evaluate
 from hexapod_pin.native._core import first_outside as first_outside
+from hexapod_pin.native._core import force_targets as force_targets
 from hexapod_pin.native._core import height_field as height_field
 from hexapod_pin.native._core import plane as plane
 from hexapod_pin.native._core import plant_settings as plant_settings

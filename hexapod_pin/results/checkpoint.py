@@ -41,8 +41,9 @@ class Checkpoint(Immutable):
             touching, sliding (0 or 1), normal of the face it stands on [-] (3), 0: not known, and
             the gap to it [m]. Shape (C, 10); (C, 6), without the faces, is taken too.
         controller: what an adaptive method's next step depends on; empty where there is none.
-        command: the command that acts: its time and arrival [s], angles from and to [rad], rates
-            until and after [rad/s], torque [N m], a row each; empty where set-points are planned.
+        command: the command that acts: its time and arrival [s], and 1 if it is a cubic, 0 if not;
+            angles from and to [rad], rates at both ends [rad/s], torque [N m], a row each; empty
+            where set-points are planned.
         impulse: of each contact since the last sample, world axes [N s]. Shape (C, 3).
         loop: the state of the control loop: ticks, measurements under way, the controller's
             state; None where nothing is controlled.

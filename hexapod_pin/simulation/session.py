@@ -154,9 +154,11 @@ class Session:
 
         Args:
             q: joint angles [rad]; None: the present set-points. Shape (n,).
-            v: joint rates [rad/s]; None: 0, or those of the motion where the command ramps. (n,).
+            v: joint rates [rad/s], with a ramp those at its end; None: 0, with a ramp its mean
+                rates. (n,).
             torque: added to the drives' own [N m]; None: 0. Shape (n,).
-            ramp: time in which the angles go to `q` [s], longer where the limits require it; 0: as
+            ramp: time in which the angles go to `q` [s], longer where the limits require it, on
+                cubics that begin with the angles and rates of the set-points; then they rest. 0: as
                 fast as the limits allow.
 
         Raises:

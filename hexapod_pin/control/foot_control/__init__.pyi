@@ -3,8 +3,10 @@
 from .controller import FootControl as FootControl
 from .controller import named_controls as named_controls
 from .parameters import FootForceSensing as FootForceSensing
+from .parameters import ForceTargets as ForceTargets
 from .parameters import Levelling as Levelling
 from .parameters import SlipPid as SlipPid
+from .parameters import Sole as Sole
 from .parameters import TouchDown as TouchDown
 from .parameters import VirtualSuspension as VirtualSuspension
 from .stability import spectral_radius as spectral_radius

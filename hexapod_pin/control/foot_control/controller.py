@@ -12,7 +12,7 @@ import numpy as np
 from hexapod_pin.arguments import checked, every_step
 from hexapod_pin.arrays import digest
 from hexapod_pin.control.feedback import Command, Measurement
-from hexapod_pin.control.foot_control.law import law_settings, native_law
+from hexapod_pin.control.foot_control.law import TARGET_SIZE, law_settings, native_law
 from hexapod_pin.control.foot_control.leg_model import (
     PlannedWalk,
     first_posture,
@@ -27,7 +27,7 @@ from hexapod_pin.control.foot_control.parameters import (
     TouchDown,
     VirtualSuspension,
 )
-from hexapod_pin.control.foot_control.stability import refuse_unstable
+from hexapod_pin.control.foot_control.stability import refuse_unstable, with_stable_gains
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.control.leg_group import LegGroup, leg_group, require_six_of_three
@@ -72,34 +72,42 @@ class ReadyLaw:
         return np.tile(self.law.first_memory(), (batch, 1))
 
     def tick(self, time: float, m: Measurement, memory: Array) -> tuple[Array, Array]:
-        """Return targets of the feet (B, 6, 3) [m] and the memory after the tick at `time` [s].
+        """Return the feet's targets and the memory after the tick at `time` [s].
+
+        Targets are those at the end of the command. Shape (B, 6, `TARGET_SIZE`).
 
         Raises:
             SensorError: a reading is not finite.
         """
         self.walk.reach(time + self.lead)
-        feet, after = np.empty((len(memory), 6, 3)), np.empty_like(memory)
+        targets, after = np.empty((len(memory), 6, TARGET_SIZE)), np.empty_like(memory)
         q, v, torque, rotation, rate, acceleration, force = (
             np.ascontiguousarray(getattr(m, name)) for name in FIELDS
         )
         row, (field, place) = self.law.update(
             self.walk.table, time, q, v, torque, rotation, rate, acceleration, force,
-            memory, after, feet,
+            memory, after, targets,
         )  # fmt: skip
         if row >= 0:
             raise self._fault(m, int(row), FIELDS[field], int(place))
-        return feet, after
+        return targets, after
 
-    def joint_angles(self, time: float, feet: Array) -> Array:
-        """Return joint angles (B, n) [rad]; a foot out of reach stops between plan and target.
+    def set_points(self, time: float, targets: Array) -> tuple[Array, Array]:
+        """Return joint angles [rad] and rates [rad/s] for the targets of a tick. (B, n) each.
+
+        A foot out of reach stops between plan and target.
 
         Raises:
             ReachError: of a leg that cannot even reach its planned place.
         """
+        feet = targets[..., :3]
         try:
-            return self.six.joint_angles(feet)
+            q = self.six.joint_angles(feet)
         except ReachError:
-            return np.concatenate([self._within_reach(time, row) for row in feet])
+            q = np.concatenate([self._within_reach(time, row) for row in feet])
+        v = np.zeros_like(q)
+        self.law.set_points(targets, q, v)
+        return q, v
 
     def _within_reach(self, time: float, feet: Array) -> Array:
         """Return the angles (1, n) of one robot, legs out of reach nearer to their plan."""
@@ -145,6 +153,7 @@ def ready_law(control: FootControl, scene: Any, *, refuse: bool = True) -> Ready
             "Servo.kp", float(stiffness.min()), "above 0 N m/rad at the joints of legs",
             "Foot control moves feet through their servos.",
         )  # fmt: skip
+    control = with_stable_gains(control, scene)
     if refuse:
         refuse_unstable(control, scene)
     lead = control.period + control.delay
@@ -174,6 +183,7 @@ class FootControl(ControlParts):
     Attributes:
         walk: a `Gait`, or an open-loop walk such as `KinematicControl`: planned feet and schedule.
         slip: correction of the feet along the ground.
+        force_targets: forces that the feet are to carry.
         suspension: legs yield to their loads.
         touch_down: feet stop at the ground, search for it, and rise over what stops them.
         levelling: keeps the trunk level.
@@ -245,14 +255,15 @@ class FootControl(ControlParts):
     def update(
         self, time: float, measurement: Measurement, state: dict[str, Any]
     ) -> tuple[Command, dict[str, Any]]:
-        """Return the joint angles for the end of the tick's command, and the memory after it.
+        """Return angles and rates of the joints at the end of the tick's command, and the memory.
 
         Raises:
             SensorError: a reading is not finite.
         """
         law = self._ready[state["scene"]]
-        feet, memory = law.tick(time, measurement, state["memory"])
-        return Command(law.joint_angles(time, feet), ramp=True), {**state, "memory": memory}
+        targets, memory = law.tick(time, measurement, state["memory"])
+        q, v = law.set_points(time, targets)
+        return Command(q, v, ramp=True), {**state, "memory": memory}
 
 
 def _require_scene(call: str, scene: Any) -> None:

@@ -7,12 +7,22 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hexapod_pin.control.foot_control.leg_model import foot_stiffness, standing_centre
+from hexapod_pin.control.foot_control.leg_model import foot_stiffness, trunk_moment
+from hexapod_pin.control.foot_control.parameters import Sole
 from hexapod_pin.control.leg_group import leg_group
+from hexapod_pin.ground.contact import StickSlip
 
 if TYPE_CHECKING:
     from hexapod_pin.control.foot_control.parameters import ControlParts
     from hexapod_pin.native import FootControlLaw, FootControlSettings, LegChain
+
+TARGET_SIZE = 12
+"""Numbers of the target of a leg: where its foot is to be [m], its rate there [m/s], offsets of the
+joints' angles that put it there [rad], and of their rates [rad/s]."""
+
+BANDWIDTH, BANDWIDTH_OF_DEVIATIONS = 10.0, 7.0
+"""Of a slip correction whose bandwidth is not given, alone and beside force targets [Hz]
+(*assumed*)."""
 
 TOUCH_SHARE = {"foot": 0.04, "torque": 0.12, "current": 0.2}
 """Force of a foot that touches, over the robot's weight, by its source (*assumed*): what swinging
@@ -20,13 +30,23 @@ legs and their drives leave in an estimate must not pass for ground."""
 
 
 def effective_delay(control: ControlParts) -> float:
-    """Return the delay of a loop, sampling, ramps to the next tick and force filter in it [s]."""
+    """Return the delay of a loop, sampling, way to the next tick and force filter in it [s]."""
     return 1.5 * control.period + control.loop_delay + control.force.filter_time
 
 
 def weight_of(scene: Any) -> float:
     """Return what a robot knows as its weight, payloads aside [N]."""
     return float(scene.robot.total_mass * np.linalg.norm(scene.gravity))
+
+
+def slip_bandwidth(control: ControlParts) -> float:
+    """Return the bandwidth that gains of the slip correction follow where none are given [Hz]."""
+    slip = control.slip
+    assert slip is not None
+    if slip.bandwidth is not None:
+        return slip.bandwidth
+    deviates = control.force_targets is not None and slip.signal == "force"
+    return BANDWIDTH_OF_DEVIATIONS if deviates else BANDWIDTH
 
 
 def slip_gains(control: ControlParts, scene: Any) -> tuple[float, float, float]:
@@ -40,7 +60,7 @@ def slip_gains(control: ControlParts, scene: Any) -> tuple[float, float, float]:
     gain = 1.0
     if slip.signal == "force":
         gain = float(np.linalg.eigvalsh(foot_stiffness(scene)[:, :2, :2]).max())
-    lag = 1.0 / (2.0 * math.pi * slip.bandwidth)
+    lag = 1.0 / (2.0 * math.pi * slip_bandwidth(control))
     integral = 1.0 / (gain * (lag + effective_delay(control)))
     return (
         0.0 if slip.kp is None else slip.kp,
@@ -68,7 +88,10 @@ def law_settings(control: ControlParts, scene: Any) -> FootControlSettings:
     out.period, out.lead = control.period, control.period + control.delay
     out.source = getattr(native.ForceSource, force.source)
     out.filter_time = force.filter_time
-    out.radius = leg_group(robot).radius.tolist()
+    six = leg_group(robot)
+    out.radius = six.radius.tolist()
+    out.lower, out.upper = list(robot.lower[six.joint_index]), list(robot.upper[six.joint_index])
+    out.max_rate = list(six.max_rate)
     out.threshold = (
         TOUCH_SHARE[force.source] * weight if force.threshold is None else force.threshold
     )
@@ -79,11 +102,14 @@ def law_settings(control: ControlParts, scene: Any) -> FootControlSettings:
         gains.kp, gains.ki, gains.kd = kp, ki, kd
         gains.derivative_time, gains.limit = control.slip.derivative_time, control.slip.limit
         out.slip = gains
-    out.weight, out.centre = weight, standing_centre(robot)
+    out.weight, out.gravity = weight, float(np.linalg.norm(scene.gravity))
+    out.trunk_moment = trunk_moment(robot)
     out.load_time = control.load_time
-    kp = scene.servos.gains(robot)[0]
-    out.give = list(1.0 / kp[leg_group(robot).joint_index])
+    kp, kd = (part[six.joint_index] for part in scene.servos.gains(robot))
+    out.give, out.lag = list(1.0 / kp), list(kd / kp)
     out.anticipates = control.slip is not None and control.slip.anticipates
+    if control.force_targets is not None:
+        _aim(out, control, scene)
     if control.suspension is not None:
         _suspend(out, control)
     if control.touch_down is not None:
@@ -91,6 +117,35 @@ def law_settings(control: ControlParts, scene: Any) -> FootControlSettings:
     if control.levelling is not None:
         out.level_rate, out.level_limit = control.levelling.rate, control.levelling.limit
     return out
+
+
+def _aim(out: Any, control: ControlParts, scene: Any) -> None:
+    """Fill in the force targets."""
+    from hexapod_pin import native
+
+    given, six = control.force_targets, leg_group(scene.robot)
+    assert given is not None
+    effort = np.array(scene.robot.effort_limit)[six.joint_index]
+    known = np.isfinite(effort) & (effort > 0.0)
+    least = native.LeastTorque()
+    least.cost = list(np.where(known.all(), effort, 1.0) ** -2.0)
+    least.damping, least.friction = given.damping, given.friction
+    out.least_torque, out.targets, out.anticipates = least, True, True
+    out.upright_time, out.one_sided = given.upright_time, given.deviation == "segment"
+    sole = sole_of(scene.contact) if given.sole == "contact" else given.sole
+    if sole is not None:
+        out.sole_stiffness, out.sole_exponent = sole.stiffness, sole.exponent
+        out.sole_give = 0.0 if sole.sliding_stiffness is None else 1.0 / sole.sliding_stiffness
+
+
+def sole_of(contact: Any) -> Sole:
+    """Return how a sole deflects by a contact law; along the ground only where it sticks."""
+    sticks = isinstance(contact.friction, StickSlip)
+    return Sole(
+        stiffness=contact.normal.stiffness,
+        exponent=contact.normal.exponent,
+        sliding_stiffness=contact.friction.stiffness if sticks else None,
+    )
 
 
 def _suspend(out: Any, control: ControlParts) -> None:
@@ -104,6 +159,7 @@ def _suspend(out: Any, control: ControlParts) -> None:
         out.weight, effective_delay(control)
     )
     gains.limit = suspension.limit
+    out.heave, out.tilt, out.warp = suspension.heave, suspension.tilt, suspension.warp
     out.suspended, out.suspension = True, gains
     out.nominal_load = 0.0 if suspension.load == "split" else float(suspension.load)
 

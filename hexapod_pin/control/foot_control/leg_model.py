@@ -70,6 +70,22 @@ def standing_centre(robot: Robot) -> Array:
     return np.array(pin.centerOfMass(robot.model, robot.model.createData(), q))
 
 
+def trunk_moment(robot: Robot) -> Array:
+    """Return the sum of mass times centre of all that is no leg, base frame [kg m]. Shape (3,)."""
+    import pinocchio as pin
+
+    model, data = robot.model, robot.model.createData()
+    pin.forwardKinematics(model, data, robot.stand().q)
+    trunk = data.oMi[1].inverse()
+    moment = robot.total_mass * standing_centre(robot)
+    for leg in leg_group(robot).legs:
+        for joint in leg.joints:
+            number = model.getJointId(joint)
+            body = model.inertias[number]
+            moment -= body.mass * trunk.act(data.oMi[number].act(body.lever))
+    return moment
+
+
 def foot_stiffness(scene: Any) -> Array:
     """Return the stiffness of each standing foot that its servos give it, base axes [N/m].
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from hexapod_pin.control.foot_control.law import TARGET_SIZE
 from hexapod_pin.control.leg_group import leg_group
 from hexapod_pin.robot.rotations import skew
 
@@ -33,16 +34,17 @@ READINGS = ("q", "v", "torque", "rotation", "angular_velocity", "acceleration", 
 
 @dataclass(frozen=True, eq=False)
 class LinearLaw:
-    """m' = F m + G y, set-points u = H m + L y: one tick of foot control about standing.
+    """m' = F m + G y, command u = H m + L y: one tick of foot control about standing.
 
-    The feet's targets have gone through the inverse kinematics' Jacobian. Numbers that readings do
-    not reach, or that do not reach the set-points, are left out of the memory m.
+    A command is the set-points at its end, then their rates there times the period. The feet's
+    targets have gone through the inverse kinematics' Jacobian. Numbers that readings do not reach,
+    or that do not reach the command, are left out of the memory m.
 
     Attributes:
         memory: F. Shape (m, m).
         reading: G. Shape (m, Y).
-        set_point: H. Shape (n, m).
-        through: L. Shape (n, Y).
+        set_point: H. Shape (2n, m).
+        through: L. Shape (2n, Y).
         fields: of `Measurement` that the law reads; y has them one behind the other.
     """
 
@@ -53,13 +55,14 @@ class LinearLaw:
     fields: tuple[str, ...]
 
     @classmethod
-    def of(cls, law: FootControlLaw, scene: Any, stance: StanceModel) -> LinearLaw:
+    def of(cls, law: FootControlLaw, scene: Any, stance: StanceModel, period: float) -> LinearLaw:
         """Return the linear law.
 
         Args:
             law: of the native core, with limits that are far.
             scene: whose robot stands.
             stance: its static forces; feet without load are planned to swing.
+            period: between ticks [s].
         """
         six = leg_group(scene.robot)
         table = _standing_plan(six.neutral_feet, _loads_by_leg(scene, stance) > 0.0)
@@ -70,14 +73,14 @@ class LinearLaw:
         sizes = {name: 3 if name == "rotation" else part.size for name, part in point.items()}
         count, width = settled.size, sum(sizes.values())
         nudges = NUDGE * np.eye(count + width)
-        feet, memory = (
+        targets, memory = (
             (ahead - behind) / (2.0 * NUDGE)
             for ahead, behind in zip(
                 *(_nudged(law, table, point, settled, sign * nudges) for sign in (1.0, -1.0)),
                 strict=True,
             )
         )
-        joints = _to_joints(scene, feet)
+        joints = _to_joints(scene, targets, period)
         return _reduced(memory.T, joints.T, count, sizes)
 
     @property
@@ -118,11 +121,11 @@ def _readings(scene: Any, stance: StanceModel) -> dict[str, Array]:
 def _tick(
     law: FootControlLaw, table: WalkTable, point: dict[str, Array], memory: Array
 ) -> tuple[Array, Array]:
-    """Return targets of the feet (B, 6, 3) and memories (B, N) after a tick; rows of readings."""
-    feet, after = np.empty((len(memory), 6, 3)), np.empty_like(memory)
+    """Return targets (B, 6, `TARGET_SIZE`) and memories (B, N) after a tick; rows of readings."""
+    targets, after = np.empty((len(memory), 6, TARGET_SIZE)), np.empty_like(memory)
     update: Any = law.update
-    update(table, 0.0, *map(np.ascontiguousarray, point.values()), memory, after, feet)
-    return feet, after
+    update(table, 0.0, *map(np.ascontiguousarray, point.values()), memory, after, targets)
+    return targets, after
 
 
 def _nudged(
@@ -142,14 +145,16 @@ def _nudged(
     return _tick(law, table, moved, settled + nudges[:, :count])
 
 
-def _to_joints(scene: Any, feet: Array) -> Array:
-    """Return the joint angles (K, n) of small motions of the feet (K, 6, 3)."""
+def _to_joints(scene: Any, targets: Array, period: float) -> Array:
+    """Return commands (K, 2n) of small motions of targets (K, 6, 12): angles, then rates."""
     six = leg_group(scene.robot)
     jacobian = six.kinematics.jacobian(six.kinematics.posture[:, None])[:, 0]
-    angles = np.einsum("lij,klj->kli", np.linalg.inv(jacobian), feet)
-    joints = np.zeros((len(feet), len(scene.robot.joint_names)))
-    joints[:, six.joint_index] = angles
-    return joints
+    parts = targets.reshape(len(targets), 6, 2, 2, 3) * np.array([[1.0], [period]])
+    angles = np.einsum("lij,kldj->kdli", np.linalg.inv(jacobian), parts[:, :, 0])
+    angles += np.swapaxes(parts[:, :, 1], 1, 2)
+    joints = np.zeros((len(targets), 2, len(scene.robot.joint_names)))
+    joints[:, :, six.joint_index] = angles
+    return joints.reshape(len(targets), -1)
 
 
 def _reduced(memory: Array, joints: Array, count: int, sizes: dict[str, int]) -> LinearLaw:
@@ -191,7 +196,7 @@ SAME_TIME = 1e-9
 
 @dataclass(frozen=True, eq=False)
 class LinearLoop:
-    """A standing robot between ticks, its set-points ramped; sensor and command delay in one.
+    """A standing robot between ticks, set-points on cubics; sensor and command delay in one.
 
     Only their sum matters to a loop whose plan stands. A delay of n ticks and a part r of one is
     exact: what is read at t - d, within a tick, acts n + 1 ticks after that tick.
@@ -200,7 +205,8 @@ class LinearLoop:
         stance: the robot.
         period: between ticks [s].
         delay: from a measurement until its command acts [s].
-        whole: (x, q_ref, q_ref') at the end of a tick by those at its begin. Shape (S, S).
+        whole: (x, v, q_ref and its first three derivatives) at the end of a tick by those at its
+            begin. Shape (S, S).
         part: the same up to the time of measurement in the tick.
         waits: ticks between the tick of a measurement and that of its command.
     """
@@ -214,13 +220,15 @@ class LinearLoop:
 
     @classmethod
     def of(cls, stance: StanceModel, period: float, delay: float) -> LinearLoop:
-        """Discretise a stance, exactly for set-points on ramps."""
+        """Discretise a stance, exactly for set-points on cubics."""
         ticks = math.floor(delay / period + SAME_TIME)
         rest = max(0.0, delay - ticks * period)
         states, joints = 2 * stance.size, len(stance.kp)
-        rates = np.zeros((states + 2 * joints,) * 2)
-        rates[:states] = np.hstack([stance.state_matrix, stance.input_matrix])
-        rates[states : states + joints, states + joints :] = np.eye(joints)
+        rates = np.zeros((states + 4 * joints,) * 2)
+        rates[:states, : states + 2 * joints] = np.hstack(
+            [stance.state_matrix, stance.input_matrix]
+        )
+        rates[states:-joints, states + joints :] = np.eye(3 * joints)
         from scipy.linalg import expm
 
         whole = expm(period * rates)
@@ -231,8 +239,8 @@ class LinearLoop:
     def matrix(self, law: LinearLaw) -> Array:
         """Return the closed loop from tick to tick.
 
-        State: x and v of the robot, then along the directions that the law uses the set-points
-        now and of the delayed commands, oldest first, then the memory.
+        State: x and v of the robot, then along the directions that the law uses the command whose
+        end is now and the delayed ones, oldest first, then the memory.
         """
         basis = _directions(np.hstack([law.set_point, law.through]))
         whole, part = self._along(self.whole, basis), self._along(self.part, basis)
@@ -253,23 +261,26 @@ class LinearLoop:
         return found
 
     def _along(self, motion: Array, basis: Array) -> Array:
-        """Return (x, q_ref, q_ref') by (x, set-points now, at the tick's end) along directions."""
+        """Return what `motion` does by (x, v, command that ends now, that of the tick's end)."""
         states, rank = 2 * self.stance.size, basis.shape[1]
         begin = np.zeros((len(motion), states + 2 * rank))
         begin[:states, :states] = np.eye(states)
-        joints = len(basis)
-        now, rate = slice(states, states + joints), slice(states + joints, None)
-        begin[now, states : states + rank] = basis
-        begin[rate, states : states + rank] = -basis / self.period
-        begin[rate, states + rank :] = basis / self.period
+        # derivatives of the cubic at its begin, by angles and rates times the period of both ends
+        cubic = np.array([[1, 0, 0, 0], [0, 1, 0, 0], [-6, -4, 6, -2], [12, 6, -12, 6]])
+        scaled = cubic / self.period ** np.arange(4)[:, None]
+        ends = np.kron(np.eye(2), basis)  # (angles, rates; begin, then end) by directions
+        ends = ends.reshape(4, len(basis) // 2, 2 * rank)
+        derivatives = np.einsum("de,ejr->djr", scaled, ends)
+        begin[states:, states:] = derivatives.reshape(len(motion) - states, 2 * rank)
         return motion @ begin
 
     def _reading(self, law: LinearLaw, part: Array) -> Array:
-        """Return the readings of a tick by its state, with the set-points it begins and ends at."""
+        """Return the readings of a tick by its state, with the commands it begins and ends at."""
         outputs = self.stance.outputs()
         rows = [np.hstack(outputs[name]) for name in law.fields]
-        joined = np.vstack(rows) if rows else np.zeros((0, len(part)))
-        return np.asarray(joined @ part)
+        seen = part[: 2 * self.stance.size + 2 * len(self.stance.kp)]
+        joined = np.vstack(rows) if rows else np.zeros((0, len(seen)))
+        return np.asarray(joined @ seen)
 
     def radius(self, law: LinearLaw, drift_time: float = math.inf) -> float:
         """Return the largest |eigenvalue| of the loop, neutral ones aside; below 1: stable.

@@ -1,6 +1,6 @@
 """These are the parameters of foot control.
 
-They cover slip correction, virtual suspension, levelling, touch-down and force sensing.
+They cover slip correction, force targets, virtual suspension, levelling, touch-down and sensing.
 """
 
 from __future__ import annotations
@@ -42,19 +42,25 @@ class SlipPid(_Sparse):
     S1 prints neither equations nor gains. Gains that are not given follow from the bandwidth by
     internal model control [Skogestad2003]: ki = 1 / (s (1/w + d)), kp = kd = 0, w = 2 pi bandwidth,
     d the delay of the loop, s the stiffness along the ground of the stiffest foot on its servos
-    [N/m], of "slip" 1: a standing foot has no lag of its own (*assumed*).
+    [N/m], of "slip" 1: a standing foot has no lag of its own (*assumed*). With neither ki nor a
+    bandwidth given ki is halved until the loop of the standing robot is stable with twice its
+    value.
+
+    Beside `ForceTargets` e of "force" is the deviation from them (`ForceTargets.deviation`).
 
     Attributes:
         signal: what e is.
         kp: [m/N]; of "slip" [-].
         ki: [m/(N s)]; of "slip" [1/s].
         kd: [m s/N]; of "slip" [s].
-        bandwidth: of the loop, for gains that are not given [Hz]. The default is *assumed*.
+        bandwidth: of the loop, for gains that are not given [Hz]; None: 10, beside force targets 7
+            (*assumed*), or less where the loop wants it.
         derivative_time: of the low-pass filter of e' [s]. The default is *assumed*.
         limit: largest correction; at it the integral stops (anti-windup) [m]. *Assumed*.
-        anticipates: whether targets compensate the compliance of the servos, J diag(1/kp) J^T f0,
-            under the nominal loads f0 (not in S1): without, the load pushes feet apart, and what
-            the PID corrects slides again as the foot unloads.
+        anticipates: whether set-points compensate the compliance of the servos under the vertical
+            loads f0 (not in S1), by tau = g - J^T f0 over kp, g of the leg's own weight, behind a
+            low-pass filter of kd / kp: without, the load pushes feet apart, and what the PID
+            corrects slides again as the foot unloads. `ForceTargets` do this with their forces.
     """
 
     kind: Literal["slip-pid"] = "slip-pid"
@@ -62,7 +68,7 @@ class SlipPid(_Sparse):
     kp: NonNegativeFloat | None = None
     ki: NonNegativeFloat | None = None
     kd: NonNegativeFloat | None = None
-    bandwidth: PositiveFloat = 10.0
+    bandwidth: PositiveFloat | None = None
     derivative_time: PositiveFloat = 0.01
     limit: PositiveFloat = 0.03
     anticipates: bool = True
@@ -75,28 +81,37 @@ class SlipPid(_Sparse):
 
 # S1's virtual suspension: a leg yields to its load as if it stood on a spring and a damper.
 
-DELAYS_PER_PERIOD = 0.05
-"""Frequency times delay of a suspension whose frequency is not given (*assumed*)."""
+DELAYS_PER_PERIOD = 0.03
+"""Frequency times delay of a suspension whose frequency is not given: 4 Hz at ticks of 5 ms."""
 
-LEAST_DELAY = 7.5e-3
-"""Least delay there: contacts are not stable with quicker legs [s] (*assumed*)."""
+LEAST_DELAY = 4.5e-3
+"""Least delay there: contacts are not stable with quicker legs than 6.7 Hz [s] (*assumed*)."""
 
 
 class VirtualSuspension(_Sparse):
     """Admittance along the normal of the support, m z'' + c z' + k z = f - f0, z the retraction.
 
     S1 prints no equations or gains; these are of mass-spring-damper form with m = k / w^2 and
-    c = 2 zeta k / w, w = 2 pi frequency. The nominal load f0 is the share of the weight that the
-    standing feet carry (balance of force and moments, least squares), or a constant.
+    c = 2 zeta k / w, w = 2 pi frequency. The nominal load f0 is the normal part of what the foot is
+    to carry: its force target, without `ForceTargets` its share of the weight (balance of force and
+    moments, least squares), or a constant. A foot with half of its load or less yields and does not
+    reach; one that finds no ground reaches for it 0.1 s after its planned touch-down.
+
+    The errors f - f0 are split into modes: heave, their sum, shared by the feet; tilt, their
+    moments; warp, the rest. Of each a share is yielded to; with all three 1 it is leg by leg, as
+    S1. Tilt yields to the moments of the trunk itself, which is why it is left out by default.
 
     Attributes:
         stiffness: k [N/m]; None: retracts by `travel` under a sixth of the weight.
         travel: [m]. The default is *assumed*.
-        frequency: of the undamped mass on its spring [Hz]; None: 1 / (20 d), d the delay of the
-            loop, 7.5 ms at least (*assumed*: standing robots shake from 1.4 times that on).
+        frequency: of the undamped mass on its spring [Hz]; None: 0.03 / d, d the delay of the
+            loop, 4.5 ms at least (*assumed*).
         damping: zeta, 1 is critical [-]. The default is *assumed*.
         load: "split" of the weight, or the same for every standing foot [N].
         limit: largest travel in both directions [m]. *Assumed*.
+        heave: share of the sum of the errors that legs yield to [-].
+        tilt: share of their moments [-].
+        warp: share of the rest [-].
     """
 
     kind: Literal["virtual-suspension"] = "virtual-suspension"
@@ -106,6 +121,9 @@ class VirtualSuspension(_Sparse):
     damping: PositiveFloat = 1.6
     load: Literal["split"] | PositiveFloat = "split"
     limit: PositiveFloat = 0.03
+    heave: NonNegativeFloat = 1.0
+    tilt: NonNegativeFloat = 0.0
+    warp: NonNegativeFloat = 1.0
 
     @field_validator("load", mode="before")
     @classmethod
@@ -127,6 +145,54 @@ class VirtualSuspension(_Sparse):
         stiffness, frequency = self.resolved(weight, delay)
         rate = 2.0 * math.pi * frequency
         return stiffness / rate**2, 2.0 * self.damping * stiffness / rate, stiffness
+
+
+# Forces that feet are to carry, and set-points that make them do so.
+
+
+class Sole(_Sparse):
+    """How the sole of a foot deflects: f_n = stiffness depth^exponent, f_t = sliding_stiffness way.
+
+    A push test gives the numbers of a robot.
+
+    Attributes:
+        stiffness: along the normal [N/m^exponent].
+        exponent: 1 is linear, 1.5 a sphere [-].
+        sliding_stiffness: along the ground, of a foot that sticks [N/m]; None: rigid.
+    """
+
+    kind: Literal["sole"] = "sole"
+    stiffness: PositiveFloat
+    exponent: Annotated[float, Field(ge=1.0, le=3.0)] = 1.5
+    sliding_stiffness: PositiveFloat | None = None
+
+
+class ForceTargets(_Sparse):
+    """Feet are to carry the forces that need the least torques of the joints (not in S1).
+
+    The targets f balance the weight, with the least sum of (torque / effort)^2 / w; w is the weight
+    of a foot, which rises about its planned touch-down and falls about its lift-off within
+    `FootControl.load_time`. Where a foot would leave its friction cone, all targets go as far as
+    needed towards vertical ones. Set-points are offset by the torques g - J^T f over kp, g of the
+    legs' own weight, behind a low-pass filter of kd / kp: servos then give these torques where the
+    plan is followed.
+
+    Attributes:
+        friction: largest tangential force over normal force of a target [-]. *Assumed*.
+        damping: cost of a force itself, over the mean cost of its torques [-]. *Assumed*.
+        upright_time: of the low-pass filter of the measured direction of gravity [s]. *Assumed*.
+        sole: whose deflection under the targets is compensated, too: a `Sole`, or "contact", that
+            of the scene's contact law; None: unknown.
+        deviation: from what `SlipPid` corrects: "segment", the forces between none and the target
+            in proportion to the load, or "target", which also pulls feet up to their target.
+    """
+
+    kind: Literal["force-targets"] = "force-targets"
+    friction: PositiveFloat = 0.35
+    damping: PositiveFloat = 0.02
+    upright_time: NonNegativeFloat = 0.2
+    sole: Sole | Literal["contact"] | None = None
+    deviation: Literal["segment", "target"] = "segment"
 
 
 # Levelling: the legs put a trunk level that stands on a slope.
@@ -216,7 +282,8 @@ class FootForceSensing(_Sparse):
 
 
 PARTS = {
-    "slip": SlipPid, "suspension": VirtualSuspension, "touch_down": TouchDown,
+    "slip": SlipPid, "force_targets": ForceTargets, "suspension": VirtualSuspension,
+    "touch_down": TouchDown,
     "levelling": Levelling, "force": FootForceSensing, "sensors": Sensors,
 }  # fmt: skip
 """The parts of foot control that are parameter sets."""
@@ -235,12 +302,13 @@ class ControlParts(Immutable):
 
     walk: Any
     slip: SlipPid | None = field(default=None, kw_only=True)
+    force_targets: ForceTargets | None = field(default=None, kw_only=True)
     suspension: VirtualSuspension | None = field(default=None, kw_only=True)
     touch_down: TouchDown | None = field(default=None, kw_only=True)
     levelling: Levelling | None = field(default=None, kw_only=True)
     force: FootForceSensing = field(default_factory=FootForceSensing, kw_only=True)
     sensors: Sensors | None = field(default=None, kw_only=True)
-    load_time: float = field(default=0.1, kw_only=True)
+    load_time: float = field(default=0.07, kw_only=True)
     period: float = field(default=0.005, kw_only=True)
     delay: float = field(default=0.0, kw_only=True)
 

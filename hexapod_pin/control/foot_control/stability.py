@@ -17,6 +17,7 @@ from hexapod_pin.control.foot_control.law import (
     effective_delay,
     law_settings,
     native_law,
+    slip_bandwidth,
     slip_gains,
     weight_of,
 )
@@ -54,11 +55,13 @@ class KeptLoops:
         loops: by servos, contact, times, feet.
         chains: the legs without dry friction, by servos.
         verdicts: errors of controllers, or None, by all of their settings.
+        gains: integral gains of slip corrections that follow from the loop, or None, likewise.
     """
 
     loops: OrderedDict[str, LinearLoop] = field(default_factory=OrderedDict)
     chains: OrderedDict[str, list[LegChain]] = field(default_factory=OrderedDict)
     verdicts: OrderedDict[str, ParameterError | None] = field(default_factory=OrderedDict)
+    gains: OrderedDict[str, float | None] = field(default_factory=OrderedDict)
 
 
 def kept_loops(robot: Robot) -> KeptLoops:
@@ -107,7 +110,7 @@ def linear_law(control: ControlParts, scene: Any, stance: StanceModel) -> Linear
         scene.servos.model_dump_json(),
         lambda: leg_chains(scene, dry_friction=False),
     )
-    return LinearLaw.of(native_law(scene, settings, chains), scene, stance)
+    return LinearLaw.of(native_law(scene, settings, chains), scene, stance, control.period)
 
 
 def spectral_radius(
@@ -186,6 +189,8 @@ def parameter_value(control: ControlParts, scene: Any, parameter: str) -> float:
     if name == "suspension" and value is None:
         found = part.resolved(weight_of(scene), effective_delay(control))
         return float(dict(zip(("stiffness", "frequency"), found, strict=True))[field_name])
+    if field_name == "bandwidth":
+        return slip_bandwidth(control)
     if value is None:
         value = dict(zip(("kp", "ki", "kd"), slip_gains(control, scene), strict=True))[field_name]
     return float(value)
@@ -270,7 +275,7 @@ def _unit(control: ControlParts, scene: Any, parameter: str) -> float:
     """Return a scale of a gain that is 0: with it the PID's parts are equal at the bandwidth."""
     assert control.slip is not None
     derived = _replaced(control, slip=control.slip.model_copy(update={"ki": None}))
-    rate = 2.0 * math.pi * control.slip.bandwidth
+    rate = 2.0 * math.pi * slip_bandwidth(control)
     integral = slip_gains(derived, scene)[1]
     return integral / rate if parameter == "slip.kp" else integral / rate**2
 
@@ -290,13 +295,9 @@ def refuse_unstable(control: ControlParts, scene: Any) -> None:
     Raises:
         ParameterError: names the parameter that is nearest to a stable value, and its range.
     """
-    if not any((control.slip, control.suspension, control.levelling)):
+    if not any((control.slip, control.force_targets, control.suspension, control.levelling)):
         return
-    settings = {
-        key: value for key, value in control.to_dict().items() if key not in ("walk", "gait")
-    }
-    drift_time = control.gait.duty * control.gait.cycle_time
-    key = f"{plant_key(control, scene)} {json.dumps(settings, default=str)} {drift_time!r}"
+    drift_time, key = _drift_time(control), _whole_key(control, scene)
 
     def make() -> ParameterError | None:
         radius = spectral_radius(control, scene, drift_time=drift_time)
@@ -305,6 +306,54 @@ def refuse_unstable(control: ControlParts, scene: Any) -> None:
     error = once(kept_loops(scene.robot).verdicts, key, make)
     if error is not None:
         raise error.with_traceback(None)
+
+
+def _drift_time(control: ControlParts) -> float:
+    """Return the duration of a stance [s]."""
+    return control.gait.duty * control.gait.cycle_time
+
+
+def _whole_key(control: ControlParts, scene: Any) -> str:
+    """Return a text that differs where the closed loop of a robot differs."""
+    settings = {
+        key: value for key, value in control.to_dict().items() if key not in ("walk", "gait")
+    }
+    text = json.dumps(settings, default=str)
+    return f"{plant_key(control, scene)} {text} {_drift_time(control)!r}"
+
+
+# Gains that nobody gives follow from the loop that they are in.
+
+GAIN_MARGIN = 2.0
+"""With so many times a gain that follows from the loop, that is stable."""
+
+HALVINGS = 8
+"""How often a gain is halved at most to reach the margin."""
+
+
+def with_stable_gains(control: Control, scene: Any) -> Control:
+    """Return a controller whose slip correction has a gain for this robot, where none is given.
+
+    The integral gain of its default bandwidth is halved until the loop of the standing robot is
+    stable with `GAIN_MARGIN` times that. A controller with a gain or a bandwidth, or whose loop
+    is unstable for another reason, is returned as it is.
+    """
+    slip = control.slip
+    if slip is None or slip.ki is not None or slip.bandwidth is not None:
+        return control
+
+    def make() -> float | None:
+        gain = slip_gains(control, scene)[1]
+        for halved in range(HALVINGS + 1):
+            own = gain / 2.0**halved
+            tried = with_parameter(control, "slip.ki", GAIN_MARGIN * own)
+            radii = spectral_radii(tried, scene, None, None, _drift_time(control))
+            if all(radius < 1.0 for radius in radii):
+                return own if halved else None
+        return None
+
+    gain = once(kept_loops(scene.robot).gains, _whole_key(control, scene), make)
+    return control if gain is None else with_parameter(control, "slip.ki", gain)
 
 
 def _refusal(control: ControlParts, scene: Any, radius: float, drift_time: float) -> ParameterError:
@@ -362,7 +411,9 @@ def _is_given(control: ControlParts, own: str) -> bool:
     """Whether a gain of the slip correction was given, or the bandwidth that it follows from."""
     slip = control.slip
     assert slip is not None
-    return slip.ki is None if own == "bandwidth" else getattr(slip, own) is not None
+    if own == "bandwidth":
+        return slip.ki is None and slip.bandwidth is not None
+    return getattr(slip, own) is not None or (own == "ki" and slip.bandwidth is None)
 
 
 def _distance(value: float, ends: tuple[float, float]) -> float:

@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <stdexcept>
 #include <utility>
 #include <vector>
@@ -26,7 +27,8 @@ namespace {
 using ReadingRows = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 using ReadingBlocks = nb::ndarray<const double, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
 using MemoryRows = nb::ndarray<double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
-using FootTargets = nb::ndarray<double, nb::shape<-1, kLegs, 3>, nb::c_contig, nb::device::cpu>;
+using LegRows = nb::ndarray<double, nb::shape<-1, kLegs, 12>, nb::c_contig, nb::device::cpu>;
+constexpr std::size_t kTargetSize = 12;  // numbers of a leg's target
 using StillFeet = nb::ndarray<const bool, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
 void append_rows(WalkTable& table, ReadingBlocks foot, ReadingBlocks velocity, StillFeet still, ReadingRows twist) {
@@ -67,11 +69,11 @@ std::pair<long, ReadingFault> update_rows(const FootControlLaw& law, const WalkT
                                           ReadingRows q, ReadingRows v, ReadingRows torque,
                                           ReadingBlocks rotation, ReadingRows rate, ReadingRows acceleration,
                                           ReadingBlocks force, ReadingRows before, MemoryRows after,
-                                          FootTargets feet) {
+                                          LegRows targets) {
   const std::size_t batch = q.shape(0), n = q.shape(1), points = 3 * force.shape(1);
   const bool fits = v.shape(0) == batch && torque.shape(0) == batch && rotation.shape(0) == batch &&
                     rate.shape(0) == batch && acceleration.shape(0) == batch && force.shape(0) == batch &&
-                    before.shape(0) == batch && after.shape(0) == batch && feet.shape(0) == batch &&
+                    before.shape(0) == batch && after.shape(0) == batch && targets.shape(0) == batch &&
                     v.shape(1) == n && torque.shape(1) == n && before.shape(1) == memory_size() &&
                     after.shape(1) == memory_size() && law.fits(n, force.shape(1)) &&
                     rotation.shape(1) == 3 && rotation.shape(2) == 3 && rate.shape(1) == 3 &&
@@ -86,15 +88,30 @@ std::pair<long, ReadingFault> update_rows(const FootControlLaw& law, const WalkT
     ControlMemory memory;
     const double* from = before.data() + b * memory_size();
     each_number(memory, [&](double& x) { x = *from++; });
-    LegVectors targets;
-    law.update(table, time, in, memory, targets);
+    LegTargets found;
+    law.update(table, time, in, memory, found);
     double* to = after.data() + b * memory_size();
     each_number(memory, [&](double& x) { *to++ = x; });
-    double* at = feet.data() + 3 * kLegs * b;
-    for (const Vec3& p : targets)
-      for (int k = 0; k < 3; ++k) *at++ = p[k];
+    double* at = targets.data() + kTargetSize * kLegs * b;
+    for (const LegTarget& target : found)
+      for (const Vec3& part : {target.foot, target.rate, target.offset, target.offset_rate})
+        for (int k = 0; k < 3; ++k) *at++ = part[k];
   }
   return {-1, {-1, 0}};
+}
+
+void set_points(const FootControlLaw& law, LegRows targets, MemoryRows q, MemoryRows v) {
+  const std::size_t batch = q.shape(0), n = q.shape(1);
+  if (targets.shape(0) != batch || v.shape(0) != batch || v.shape(1) != n || !law.fits(n, SIZE_MAX))
+    throw std::invalid_argument("foot control: arrays of another shape");
+  for (std::size_t b = 0; b < batch; ++b) {
+    LegTargets wanted;
+    const double* at = targets.data() + kTargetSize * kLegs * b;
+    for (LegTarget& target : wanted)
+      for (Vec3* part : {&target.foot, &target.rate, &target.offset, &target.offset_rate})
+        for (int k = 0; k < 3; ++k) (*part)[k] = *at++;
+    law.set_points(wanted, q.data() + n * b, v.data() + n * b);
+  }
 }
 
 void bind_control_settings(nb::module_& m) {
@@ -130,6 +147,11 @@ void bind_control_settings(nb::module_& m) {
       .def_rw("retreat", &TouchDownSettings::retreat)
       .def_rw("patience", &TouchDownSettings::patience)
       .def_rw("lost_after", &TouchDownSettings::lost_after);
+  nb::class_<LeastTorque>(m, "LeastTorque")
+      .def(nb::init<>())
+      .def_rw("cost", &LeastTorque::cost)
+      .def_rw("damping", &LeastTorque::damping)
+      .def_rw("friction", &LeastTorque::friction);
   nb::class_<FootControlSettings>(m, "FootControlSettings")
       .def(nb::init<>())
       .def_rw("period", &FootControlSettings::period)
@@ -138,15 +160,30 @@ void bind_control_settings(nb::module_& m) {
       .def_rw("filter_time", &FootControlSettings::filter_time)
       .def_rw("threshold", &FootControlSettings::threshold)
       .def_rw("radius", &FootControlSettings::radius)
+      .def_rw("lower", &FootControlSettings::lower)
+      .def_rw("upper", &FootControlSettings::upper)
+      .def_rw("max_rate", &FootControlSettings::max_rate)
       .def_rw("signal", &FootControlSettings::signal)
       .def_rw("slip", &FootControlSettings::slip)
       .def_rw("suspended", &FootControlSettings::suspended)
       .def_rw("suspension", &FootControlSettings::suspension)
       .def_rw("nominal_load", &FootControlSettings::nominal_load)
       .def_rw("weight", &FootControlSettings::weight)
-      .def_rw("centre", &FootControlSettings::centre)
+      .def_rw("gravity", &FootControlSettings::gravity)
+      .def_rw("trunk_moment", &FootControlSettings::trunk_moment)
       .def_rw("anticipates", &FootControlSettings::anticipates)
       .def_rw("give", &FootControlSettings::give)
+      .def_rw("lag", &FootControlSettings::lag)
+      .def_rw("targets", &FootControlSettings::targets)
+      .def_rw("one_sided", &FootControlSettings::one_sided)
+      .def_rw("least_torque", &FootControlSettings::least_torque)
+      .def_rw("upright_time", &FootControlSettings::upright_time)
+      .def_rw("sole_stiffness", &FootControlSettings::sole_stiffness)
+      .def_rw("sole_exponent", &FootControlSettings::sole_exponent)
+      .def_rw("sole_give", &FootControlSettings::sole_give)
+      .def_rw("heave", &FootControlSettings::heave)
+      .def_rw("tilt", &FootControlSettings::tilt)
+      .def_rw("warp", &FootControlSettings::warp)
       .def_rw("load_time", &FootControlSettings::load_time)
       .def_rw("touch_down", &FootControlSettings::touch_down)
       .def_rw("follow_height", &FootControlSettings::follow_height)
@@ -199,9 +236,28 @@ void bind_foot_control(nb::module_& m) {
         return row;
       })
       .def("update", &update_rows, "table"_a, "time"_a, "q"_a, "v"_a, "torque"_a, "rotation"_a, "rate"_a,
-           "acceleration"_a, "foot_force"_a, "before"_a, "after"_a, "feet"_a,
-           "Targets of the feet (B, 6, 3) [m] and the memory after a tick; (-1, ...), or the row, field and place "
-           "of the first reading that is not finite.");
+           "acceleration"_a, "foot_force"_a, "before"_a, "after"_a, "targets"_a,
+           "Targets of the feet, their rates, offsets of the joints and of their rates (B, 6, 12) [m, m/s, rad, "
+           "rad/s], and the memory after a tick; (-1, ...), or the row, field and place of the first reading that is not finite.")
+      .def("set_points", &set_points, "targets"_a, "q"_a, "v"_a,
+           "Writes set-points and their rates (B, n) [rad, rad/s] for targets over the angles that put the feet "
+           "there.");
+  m.def("force_targets", [](const LeastTorque& settings, const RowMatrix& jacobians, const RowMatrix& arms,
+                            const RowMatrix& own, const LegNumbers& weight, double load, const Vec3& up,
+                            const Vec3& normal) {
+    if (jacobians.rows() != 3 * kLegs || jacobians.cols() != 3 || arms.rows() != kLegs || arms.cols() != 3 ||
+        own.rows() != kLegs || own.cols() != 3)
+      throw std::invalid_argument("six legs of three joints");
+    LegsStatics legs;
+    for (int l = 0; l < kLegs; ++l)
+      legs[l] = {jacobians.block<3, 3>(3 * l, 0), arms.row(l).transpose(), own.row(l).transpose()};
+    const LegVectors force = force_targets(settings, legs, weight, load, up, normal);
+    RowMatrix out(kLegs, 3);
+    for (int l = 0; l < kLegs; ++l) out.row(l) = force[l].transpose();
+    return out;
+  }, "settings"_a, "jacobians"_a, "arms"_a, "own"_a, "weight"_a, "load"_a, "up"_a, "normal"_a,
+     "Forces of six feet (6, 3) [N] from the Jacobians of their contact points (18, 3), these points from the "
+     "centre of mass (6, 3) [m] and the legs' own torques (6, 3) [N m].");
 }
 
 }  // namespace hexapod

@@ -20,8 +20,11 @@ struct LegMemory {
   Vec3 rates = Vec3::Zero();       // of its joints, rad/s
   Vec3 slid = Vec3::Zero();        // since touch-down, m
   Vec3 correction = Vec3::Zero();  // of its position, m
-  double share = 1.0;              // of a standing foot's load that it is planned to bear, 0 to 1
-  double bearing = 1.0;            // of that load that it is felt to take up, 0 to 1
+  Vec3 displaced = Vec3::Zero();   // of its target from the plan, m
+  double share = 1.0;              // weight of the foot among those that carry the robot, 0 to 1
+  Vec3 target = Vec3::Zero();      // the force that it is to carry, trunk axes, N
+  Vec3 servo_offset = Vec3::Zero();  // of its joints, for the torques of that force, rad
+  Vec3 wanted = Vec3::Zero();        // the same without the servos' lag, rad
 };
 
 struct ControlMemory {
@@ -29,6 +32,7 @@ struct ControlMemory {
   double pitch = 0.0, roll = 0.0;  // slopes of the feet's plane that level the trunk: dz/dx, dz/dy
   double begun = 0.0;
   double lag = 0.0, pace = 1.0;  // of the plan's clock behind time, s; its rate
+  Vec3 upright = Vec3::UnitZ();  // against gravity, filtered, trunk axes
 };
 
 // Calls `visit` with every number, always in the same order.
@@ -38,6 +42,7 @@ void each_number(ControlMemory& m, Visit visit) {
     for (int k = 0; k < 3; ++k) visit(v[k]);
   };
   visit(m.pitch), visit(m.roll), visit(m.begun), visit(m.lag), visit(m.pace);
+  vector(m.upright);
   for (LegMemory& leg : m.leg) {
     auto mode = double(leg.phase.mode);
     visit(mode), leg.phase.mode = LegMode(int(mode));
@@ -45,8 +50,10 @@ void each_number(ControlMemory& m, Visit visit) {
     for (Vec3* v : {&leg.phase.offset, &leg.phase.left_with, &leg.phase.lag}) vector(*v);
     for (Vec3* v : {&leg.pid.integral, &leg.pid.error, &leg.pid.slope}) vector(*v);
     visit(leg.pid.begun), visit(leg.suspension.travel), visit(leg.suspension.rate);
-    for (Vec3* v : {&leg.force, &leg.foot, &leg.rates, &leg.slid, &leg.correction}) vector(*v);
-    visit(leg.share), visit(leg.bearing);
+    for (Vec3* v : {&leg.force, &leg.foot, &leg.rates, &leg.slid, &leg.correction, &leg.displaced})
+      vector(*v);
+    visit(leg.share);
+    for (Vec3* v : {&leg.target, &leg.servo_offset, &leg.wanted}) vector(*v);
   }
 }
 

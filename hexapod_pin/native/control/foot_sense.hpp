@@ -10,6 +10,7 @@
 
 #include "control/control_memory.hpp"
 #include "control/foot_control_settings.hpp"
+#include "control/force_targets.hpp"
 #include "control/leg_chain.hpp"
 #include "control/stance_forces.hpp"
 
@@ -20,6 +21,15 @@ struct Readings {
   const double *q, *v, *torque, *rotation, *rate, *acceleration, *foot_force;
 };
 
+// Where a foot is to be at the end of a command, and its rate there, trunk axes; what is added to the
+// angles of its joints that put it there, and to their rates.
+struct LegTarget {
+  Vec3 foot = Vec3::Zero(), rate = Vec3::Zero();           // m, m/s
+  Vec3 offset = Vec3::Zero(), offset_rate = Vec3::Zero();  // rad, rad/s
+};
+
+using LegTargets = std::array<LegTarget, kLegs>;
+
 // All in trunk axes; forces are in the legs' memories.
 struct Felt {
   Vec3 down = -Vec3::UnitZ();  // direction of gravity
@@ -29,7 +39,7 @@ struct Felt {
   LegVectors foot;   // measured places of the centres, m
   LegVectors moved;  // of the contact points over the ground since the last tick, but for the trunk's way, m
   std::array<bool, kLegs> touches, free;
-  std::array<Mat3, kLegs> give;  // of a foot to the force on it: J diag(1/kp) J^T, m/N
+  LegsStatics statics;
 };
 
 class FootSense {
@@ -64,12 +74,39 @@ class FootSense {
     const Vec3 plane = fitted_plane(felt.foot, standing);
     felt.up = Vec3(-plane[1], -plane[2], 1.0).normalized();
     for (int l = 0; l < kLegs; ++l) read_leg(l, in, rotation, pose[l], m, felt);
+    find_statics(pose, felt);
     return felt;
+  }
+
+  // Set-points and their rates [rad, rad/s] for targets of the feet, within the limits of the joints; rows of
+  // one robot. `q` holds the angles that put the feet there.
+  void set_points(const LegTargets& targets, double* q, double* v) const {
+    for (int l = 0; l < kLegs; ++l) {
+      const Vec3 rate = joint_rate(legs_[l].pose(of_leg(q, l)).jacobian, targets[l].rate) + targets[l].offset_rate;
+      for (int k = 0; k < 3; ++k) {
+        const std::size_t j = joints_[l][k];
+        v[j] = std::clamp(rate[k], -set_.max_rate[l][k], set_.max_rate[l][k]);
+        if (targets[l].offset[k] != 0.0)
+          q[j] = std::clamp(q[j] + targets[l].offset[k], set_.lower[l][k], set_.upper[l][k]);
+      }
+    }
   }
 
  private:
   static constexpr double kStretched = 0.02;  // determinant of a Jacobian over its columns' lengths, -
   static constexpr double kFreeShare = 0.25;  // of the threshold: less than that is no contact, -
+
+  static bool stretched(const Mat3& jacobian) {
+    return !(std::abs(jacobian.determinant()) > kStretched * jacobian.colwise().norm().prod());
+  }
+
+  // J^-1 rate; of a stretched leg by damped least squares.
+  static Vec3 joint_rate(const Mat3& jacobian, const Vec3& rate) {
+    if (!stretched(jacobian)) return jacobian.inverse() * rate;
+    Mat3 normal = jacobian.transpose() * jacobian;
+    normal.diagonal().array() += kStretched * kStretched * normal.trace();
+    return normal.inverse() * (jacobian.transpose() * rate);
+  }
 
   static Vec3 vector(const double* at) { return {at[0], at[1], at[2]}; }
 
@@ -81,7 +118,6 @@ class FootSense {
                 Felt& felt) const {
     LegMemory& leg = m.leg[l];
     const bool begun = m.begun > 0.0;
-    felt.give[l] = pose.jacobian * set_.give[l].asDiagonal() * pose.jacobian.transpose();
     felt.moved[l] = begun ? moved(l, in, pose, leg, felt) : Vec3::Zero();
     leg.foot = pose.foot;
     const Vec3 force = set_.source == ForceSource::foot
@@ -92,6 +128,22 @@ class FootSense {
     leg.force = keep * leg.force + (1.0 - keep) * force;
     felt.touches[l] = leg.force.norm() > set_.threshold;
     felt.free[l] = leg.force.norm() < kFreeShare * set_.threshold;
+  }
+
+  void find_statics(const std::array<LegPose, kLegs>& pose, Felt& felt) const {
+    Vec3 moment = set_.trunk_moment;
+    for (int l = 0; l < kLegs; ++l) moment += legs_[l].mass_moment(pose[l]);
+    const Vec3 centre = moment * (set_.gravity / set_.weight);
+    const TrunkMotion still{Vec3::Zero(), -set_.gravity * felt.down};
+    for (int l = 0; l < kLegs; ++l)
+      felt.statics[l] = {sole_jacobian(l, pose[l], felt.up), pose[l].foot - set_.radius[l] * felt.up - centre,
+                         legs_[l].own_torque(pose[l], still, Vec3::Zero(), Vec3::Zero())};
+  }
+
+  Mat3 sole_jacobian(int l, const LegPose& pose, const Vec3& up) const {
+    Mat3 jacobian = pose.jacobian;
+    for (int k = 0; k < 3; ++k) jacobian.col(k) -= pose.axis[k].cross(set_.radius[l] * up);
+    return jacobian;
   }
 
   // A sphere rolls without sliding.
@@ -111,10 +163,8 @@ class FootSense {
     const TrunkMotion trunk{vector(in.rate), vector(in.acceleration)};
     Vec3 torque = of_leg(in.torque, l);
     if (set_.source == ForceSource::torque) torque -= legs_[l].friction(v);
-    Mat3 jacobian = pose.jacobian;  // of the sole
-    for (int k = 0; k < 3; ++k) jacobian.col(k) -= pose.axis[k].cross(set_.radius[l] * up);
-    const Vec3 size = jacobian.colwise().norm();
-    if (!(std::abs(jacobian.determinant()) > kStretched * size.prod())) return leg.force;
+    const Mat3 jacobian = sole_jacobian(l, pose, up);
+    if (stretched(jacobian)) return leg.force;
     return jacobian.transpose().inverse() * (legs_[l].own_torque(pose, trunk, v, a) - torque);
   }
 

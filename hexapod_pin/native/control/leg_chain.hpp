@@ -53,6 +53,13 @@ class LegChain {
     return out;
   }
 
+  // Sum of mass times centre of its links, kg m.
+  Vec3 mass_moment(const LegPose& at) const {
+    Vec3 moment = Vec3::Zero();
+    for (int k = 0; k < 3; ++k) moment += links_[k].mass * at.centre[k];
+    return moment;
+  }
+
   // Torques that the leg needs for its own weight and motion, its foot free (Newton-Euler), N m. The
   // trunk's angular acceleration is left out: no sensor gives it.
   Vec3 own_torque(const LegPose& at, const TrunkMotion& trunk, const Vec3& v, const Vec3& a) const {

@@ -1,11 +1,13 @@
-// What standing feet ought to bear, and how their legs yield to what they bear.
+// Virtual suspension: legs yield to what they bear beyond their loads, and reach for what they lack.
 #pragma once
 
 #include <algorithm>
+#include <array>
 
 #include "control/control_memory.hpp"
 #include "control/foot_control_settings.hpp"
 #include "control/foot_sense.hpp"
+#include "control/force_targets.hpp"
 #include "control/stance_forces.hpp"
 #include "control/walk_table.hpp"
 
@@ -15,64 +17,49 @@ class LoadBearing {
  public:
   explicit LoadBearing(const FootControlSettings& settings) : set_(settings) {}
 
-  // Loads that are expected of the feet along the normal, N. A foot takes up its part, and gives it back,
-  // about the times of the plan; one that finds no ground has none, one that finds it early has it at once.
-  LegNumbers expected(const WalkPlan& plan, const Felt& felt, ControlMemory& m) const {
-    const double step = 2.0 * set_.period / set_.load_time;
-    for (int l = 0; l < kLegs; ++l) {
-      LegMemory& leg = m.leg[l];
-      const double wanted = leg.phase.mode == LegMode::search  ? 0.0
-                            : leg.phase.mode == LegMode::early ? 1.0
-                                                               : planned_share(plan[l]);
-      leg.share = std::clamp(wanted, leg.share - step, leg.share + step);
-    }
-    return split(plan, felt, m, &LegMemory::share);
-  }
-
-  // Virtual suspension: legs yield to what they bear beyond their part, and reach for what they lack.
+  // Targets and weights are those that the last tick has found for this one's forces.
   void yield_to_loads(const WalkPlan& plan, const Felt& felt, ControlMemory& m) const {
     if (!set_.suspended) return;
+    LegNumbers error, weight;
     for (int l = 0; l < kLegs; ++l) {
-      LegMemory& leg = m.leg[l];
-      const double most = plan[l].down ? std::clamp(plan[l].until_lift / set_.load_time, 0.0, 1.0)
-                          : leg.phase.on_ground() ? 1.0
-                                                  : 0.0;
-      leg.bearing = std::min(leg.bearing + set_.period / set_.load_time, most);
+      const LegMemory& leg = m.leg[l];
+      const double normal = felt.touches[l] ? std::max(0.0, leg.force.dot(felt.up)) : 0.0;
+      const double load = set_.nominal_load > 0.0 ? leg.share * set_.nominal_load : leg.target.dot(felt.up);
+      const bool late = plan[l].down && plan[l].since_down > kReachesAfter;
+      error[l] = felt.touches[l] || late ? normal - load : 0.0;
+      if (leg.share < kReachingShare) error[l] = std::max(0.0, error[l]);
+      weight[l] = felt.touches[l] ? 1.0 : leg.share;
     }
-    const LegNumbers load = split(plan, felt, m, &LegMemory::bearing);
-    for (int l = 0; l < kLegs; ++l) {
-      const double normal = felt.touches[l] ? std::max(0.0, m.leg[l].force.dot(felt.up)) : 0.0;
-      yield(set_.suspension, set_.period, normal - load[l], m.leg[l].suspension);
-    }
+    const LegNumbers load = by_modes(felt, error, weight);
+    for (int l = 0; l < kLegs; ++l) yield(set_.suspension, set_.period, load[l], m.leg[l].suspension);
   }
 
  private:
-  static constexpr double kSteepest = -0.1;  // of gravity along the trunk's z axis, for a robot that stands
+  static constexpr double kReachesAfter = 0.1;   // its touch-down a foot without ground reaches for it, s
+  static constexpr double kReachingShare = 0.5;  // a foot of smaller weight yields, and does not reach
 
-  double ramp(double after) const {
-    return swing_share(std::clamp(0.5 + after / set_.load_time, 0.0, 1.0));
-  }
-
-  double planned_share(const LegPlan& plan) const {
-    return plan.down ? std::min(ramp(plan.since_down), ramp(plan.until_lift))
-                     : std::max(ramp(-plan.since_lift), ramp(-plan.until_down));
-  }
-
-  LegNumbers split(const WalkPlan& plan, const Felt& felt, const ControlMemory& m,
-                   double LegMemory::*part) const {
-    LegVectors place;
-    LegNumbers share, load;
-    double height = 0.0, all = 0.0;
+  // Errors as heave, the same for all feet; tilt, which has their moment; warp, the rest: heave, tilt and
+  // warp times their gains.
+  LegNumbers by_modes(const Felt& felt, const LegNumbers& error, const LegNumbers& weight) const {
+    if (set_.heave == set_.tilt && set_.tilt == set_.warp && set_.warp == 1.0) return error;
+    std::array<Vec3, kLegs> row;
+    Mat3 balance = Mat3::Zero();
+    Vec3 sum = Vec3::Zero();
     for (int l = 0; l < kLegs; ++l) {
-      place[l] = plan[l].foot + m.leg[l].phase.offset;
-      share[l] = m.leg[l].*part;
-      height += share[l] * place[l].z(), all += share[l];
-      load[l] = share[l] * set_.nominal_load;
+      row[l] = Vec3(1.0, felt.statics[l].arm.x(), felt.statics[l].arm.y());
+      balance += weight[l] * row[l] * row[l].transpose();
+      sum += error[l] * row[l];
     }
-    if (set_.nominal_load > 0.0) return load;
-    const double depth = (all > 0.0 ? height / all : 0.0) - set_.centre.z();
-    const Vec3 under = set_.centre + felt.down * (depth / std::min(felt.down.z(), kSteepest));
-    return weight_split(place, share, set_.weight * -felt.down.dot(felt.up), under.head<2>());
+    if (!(balance(0, 0) > 0.0)) return error;
+    const double all = balance(0, 0);
+    constexpr double kLine = 1e-5;  // m^2: feet nearer to one line than 3 mm have no tilt
+    const Vec3 plane = solved_damped(balance, kLine * all, sum);
+    LegNumbers out;
+    for (int l = 0; l < kLegs; ++l) {
+      const double rigid = weight[l] * row[l].dot(plane), heave = weight[l] * sum[0] / all;
+      out[l] = set_.heave * heave + set_.tilt * (rigid - heave) + set_.warp * (error[l] - rigid);
+    }
+    return out;
   }
 
   FootControlSettings set_;

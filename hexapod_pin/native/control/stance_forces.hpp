@@ -1,5 +1,4 @@
-// What the feet that stand ought to bear, and what of their forces serves nothing: the split of the
-// weight, and the tangential forces with which feet work against each other.
+// What of the feet's forces serves nothing: the tangential forces with which feet work against each other.
 #pragma once
 
 #include <Eigen/LU>
@@ -33,28 +32,6 @@ inline Vec3 fitted_plane(const LegVectors& points, const LegNumbers& weight) {
   const double height = right[0] / normal(0, 0);
   const Vec2 slope = spread.inverse() * (right.tail<2>() - right[0] * middle);
   return {height - slope.dot(middle), slope[0], slope[1]};
-}
-
-// Normal forces that hold a weight at a point of the plane, N: of all sets that balance force and
-// moments that of least sum f^2 / share. A foot is not asked to pull.
-inline LegNumbers weight_split(const LegVectors& feet, const LegNumbers& share, double weight, const Vec2& at) {
-  Mat3 balance = Mat3::Zero();
-  double all = 0.0;
-  for (int l = 0; l < kLegs; ++l) {
-    const Vec3 row(1.0, feet[l].x() - at.x(), feet[l].y() - at.y());
-    balance += share[l] * row * row.transpose();
-    all += share[l];
-  }
-  LegNumbers load{};
-  if (!(all > 0.0)) return load;
-  constexpr double kLine = 1e-5;  // m^2: feet nearer to one line than 3 mm do not fix the split
-  balance(1, 1) += kLine * all, balance(2, 2) += kLine * all;
-  const Vec3 pressure = balance.inverse().col(0) * weight;
-  for (int l = 0; l < kLegs; ++l) {
-    const Vec3 row(1.0, feet[l].x() - at.x(), feet[l].y() - at.y());
-    load[l] = std::max(0.0, share[l] * row.dot(pressure));
-  }
-  return load;
 }
 
 // A motion of all feet together within the ground: of their middle, and a turn about the normal.

@@ -58,7 +58,8 @@ class WalkTable {
       LegPlan& leg = plan[l];
       leg.foot = (1.0 - 3.0 * s2 + 2.0 * s3) * a.foot[l] + (3.0 * s2 - 2.0 * s3) * b.foot[l] +
                  h * ((s - 2.0 * s2 + s3) * a.velocity[l] + (s3 - s2) * b.velocity[l]);
-      leg.velocity = (1.0 - s) * a.velocity[l] + s * b.velocity[l];
+      leg.velocity = 6.0 * (s - s2) / h * (b.foot[l] - a.foot[l]) +
+                     (1.0 - 4.0 * s + 3.0 * s2) * a.velocity[l] + (3.0 * s2 - 2.0 * s) * b.velocity[l];
       schedule(time, l, leg);
     }
     return plan;

@@ -11,21 +11,41 @@ Reference::Reference(std::vector<double> time, RowMatrix position, RowMatrix rat
       acceleration_(std::move(acceleration)), torque_(VectorXd::Zero(position_.cols())), kind_(kind) {}
 
 void Reference::command(double t, double arrival, const VectorXd& position, const VectorXd& rate,
-                        const VectorXd& rate_after, const VectorXd& torque) {
+                        const VectorXd& torque) {
   VectorXd here(joints()), unused(joints());
-  begin_step(t);
-  at(t, here, unused);
+  where_to_begin(t, here, unused);
+  set_command(t, arrival, here, position, torque);
+  rate_.row(0) = rate_.row(1) = rate.transpose();
+  kind_ = Interpolation::linear;
+}
+
+void Reference::command_smoothly(double t, double arrival, const VectorXd& position, const VectorXd& rate,
+                                 const VectorXd& torque) {
+  VectorXd here(joints()), rate_here(joints());
+  where_to_begin(t, here, rate_here);
+  set_command(t, arrival, here, position, torque);
+  rate_.row(0) = rate_here.transpose();
+  rate_.row(1) = rate.transpose();
+  kind_ = Interpolation::smooth_command;
+}
+
+void Reference::set_command(double t, double arrival, const VectorXd& from, const VectorXd& to,
+                            const VectorXd& torque) {
   const bool moves = arrival > t;
   time_ = {t, moves ? arrival : std::numeric_limits<double>::infinity()};
   position_.resize(2, joints());
   rate_.resize(2, joints());
-  position_.row(0) = (moves ? here : position).transpose();
-  position_.row(1) = position.transpose();
-  rate_.row(0) = (moves ? rate : rate_after).transpose();
-  rate_.row(1) = rate_after.transpose();
+  position_.row(0) = (moves ? from : to).transpose();
+  position_.row(1) = to.transpose();
   torque_ = torque;
-  kind_ = Interpolation::linear;
   k_ = row_ = 0;
+}
+
+void Reference::where_to_begin(double t, VectorXd& position, VectorXd& rate) {
+  begin_step(t);
+  if (kind_ != Interpolation::smooth_command || t > rounded_up(time_[1])) return at(t, position, rate);
+  row_ = 0;
+  along_row(t, position, rate);
 }
 
 void Reference::extend(const std::vector<double>& time, const RowMatrix& position, const RowMatrix& rate) {
@@ -83,11 +103,15 @@ void Reference::at(double t, VectorXd& position, VectorXd& rate) {
   if (t >= time_.back()) return at_knot(last, t <= time_.back() + kTimeRounding, position, rate);
   seek(t);
   if (t - time_[k_] <= kInstant * t) t = time_[k_];
-  const double h = time_[k_ + 1] - time_[k_], s = (t - time_[k_]) / h;
+  const double s = (t - time_[k_]) / (time_[k_ + 1] - time_[k_]);
   if (kind_ == Interpolation::quintic) return on_segment(s, position, rate, unused_);
-  const double s2 = s * s, s3 = s2 * s;
-  const auto p0 = position_.row(k_), p1 = position_.row(k_ + 1);
-  const auto m0 = rate_.row(k_), m1 = rate_.row(k_ + 1);
+  on_cubic(k_, s, position, rate);
+}
+
+inline void Reference::on_cubic(std::size_t k, double s, VectorXd& position, VectorXd& rate) const {
+  const double h = time_[k + 1] - time_[k], s2 = s * s, s3 = s2 * s;
+  const auto p0 = position_.row(k), p1 = position_.row(k + 1);
+  const auto m0 = rate_.row(k), m1 = rate_.row(k + 1);
   position = ((2 * s3 - 3 * s2 + 1) * p0 + (3 * s2 - 2 * s3) * p1 + h * (s3 - 2 * s2 + s) * m0 +
               h * (s3 - s2) * m1).transpose();
   rate = (6 * (s2 - s) / h * (p0 - p1) + (3 * s2 - 4 * s + 1) * m0 + (3 * s2 - 2 * s) * m1)
@@ -108,9 +132,10 @@ void Reference::at(double t, VectorXd& position, VectorXd& rate, VectorXd& accel
 }
 
 RowMatrix Reference::pending() const {
-  if (kind_ != Interpolation::linear || time_.size() != 2) return {};
-  RowMatrix rows = RowMatrix::Zero(6, std::max<Eigen::Index>(joints(), 2));
+  if (!is_command() || time_.size() != 2) return {};
+  RowMatrix rows = RowMatrix::Zero(6, std::max<Eigen::Index>(joints(), 3));
   rows(0, 0) = time_[0], rows(0, 1) = std::isfinite(time_[1]) ? time_[1] : time_[0];
+  rows(0, 2) = kind_ == Interpolation::smooth_command ? 1.0 : 0.0;
   rows.block(1, 0, 2, joints()) = position_;
   rows.block(3, 0, 2, joints()) = rate_;
   rows.block(5, 0, 1, joints()) = torque_.transpose();
@@ -125,7 +150,7 @@ void Reference::restore(const RowMatrix& rows, double t) {
   position_ = rows.block(1, 0, 2, n);
   rate_ = rows.block(3, 0, 2, n);
   torque_ = rows.block(5, 0, 1, n).transpose();
-  kind_ = Interpolation::linear;
+  kind_ = rows(0, 2) != 0.0 ? Interpolation::smooth_command : Interpolation::linear;
   k_ = 0;
   row_ = t > time_[1] + kTimeRounding * std::max(1.0, std::abs(t)) ? 1 : 0;
 }
@@ -160,10 +185,12 @@ inline void Reference::at_knot(std::size_t row, bool moving, VectorXd& position,
 inline void Reference::along_row(double t, VectorXd& position, VectorXd& rate) const {
   position = position_.row(row_).transpose();
   rate = rate_.row(row_).transpose();
+  if (kind_ == Interpolation::smooth_command && row_ > 0) rate.setZero();
   if (kind_ == Interpolation::held || row_ + 1 >= time_.size()) return;
   const double length = time_[row_ + 1] - time_[row_];
   if (!(length < std::numeric_limits<double>::infinity())) return;
   const double share = std::clamp((t - time_[row_]) / length, 0.0, 1.0);
+  if (kind_ == Interpolation::smooth_command) return on_cubic(row_, share, position, rate);
   position += share * (position_.row(row_ + 1) - position_.row(row_)).transpose();
 }
 

@@ -13,8 +13,9 @@ namespace hexapod {
 
 // Between knots: cubic: C1 through positions and rates; quintic: through accelerations too, those of a
 // segment's both ends; held: position and rate of the knot before; linear: straight from position to
-// position, with the rate of the knot before. Commands are linear.
-enum class Interpolation { cubic, quintic, held, linear };
+// position, with the rate of the knot before. Commands are linear, or smooth: one cubic that begins at the
+// set-points and rates of the time of the command.
+enum class Interpolation { cubic, quintic, held, linear, smooth_command };
 
 // Times this close to a knot belong to what follows it, s and of the time.
 constexpr double kTimeRounding = 1e-9;
@@ -22,6 +23,17 @@ constexpr double kTimeRounding = 1e-9;
 // Of times that are sums of rounded ones: so close after a knot is at it, so that what holds there does
 // not depend on whether more knots follow. Of the time.
 constexpr double kInstant = 1e-14;
+
+// The shortest time [s] in which a joint goes a way [rad] on a cubic that begins at rate v0 without being
+// faster than `limit` on it, rates in rad/s; v1 is the rate at its end, none: the mean rate of the way. With
+// a = v0 and b = v1 along the way the rate is largest in between where 3 way / time > 2 a + b and > a + 2 b,
+// and there it is the limit where 3 way / time = limit + a + b + sqrt((limit - a) (limit - b)).
+inline double shortest_cubic(double way, double v0, const double* v1, double limit) {
+  const double sign = way < 0.0 ? -1.0 : 1.0, a = std::clamp(sign * v0, -limit, limit);
+  if (v1 == nullptr) return 4.0 * std::abs(way) / (3.0 * limit + a);
+  const double b = std::clamp(sign * *v1, -limit, limit);
+  return 3.0 * std::abs(way) / (limit + a + b + std::sqrt((limit - a) * (limit - b)));
+}
 
 class Reference {
  public:
@@ -35,9 +47,16 @@ class Reference {
   Eigen::Index joints() const { return position_.cols(); }
 
   // From now on: from where the set-points are at time t straight to `position`, there at `arrival`
-  // [s], with this rate on the way and `rate_after` behind it, and a torque on top of the drives' own.
-  void command(double t, double arrival, const VectorXd& position, const VectorXd& rate,
-               const VectorXd& rate_after, const VectorXd& torque);
+  // [s], with this rate on the way and behind it, and a torque on top of the drives' own.
+  void command(double t, double arrival, const VectorXd& position, const VectorXd& rate, const VectorXd& torque);
+
+  // The same on a cubic that begins with the rates of time t and arrives with `rate`; behind it set-points
+  // rest. Positions and rates are continuous where the next one begins at its arrival.
+  void command_smoothly(double t, double arrival, const VectorXd& position, const VectorXd& rate,
+                        const VectorXd& torque);
+
+  // Set-points and rates with which a command at time t begins: at the end of a cubic its rates there.
+  void where_to_begin(double t, VectorXd& position, VectorXd& rate);
 
   // More knots of planned cubics; the first of them is the last that is known. Those that lie far behind
   // are forgotten.
@@ -77,8 +96,9 @@ class Reference {
 
   bool smooth() const { return kind_ == Interpolation::cubic || kind_ == Interpolation::quintic; }
 
-  // The command that acts: a row of its time and arrival (the same where nothing moves), two of
-  // positions, two of rates, one of torque. For a checkpoint; nothing where set-points are planned.
+  // The command that acts: a row of its time, its arrival (the same where nothing moves) and whether it is
+  // smooth, two of positions, two of rates, one of torque. For a checkpoint; nothing where set-points are
+  // planned.
   RowMatrix pending() const;
   // At time t, which its step has led to.
   void restore(const RowMatrix& rows, double t);
@@ -98,6 +118,12 @@ class Reference {
   void at_knot(std::size_t row, bool moving, VectorXd& position, VectorXd& rate) const;
 
   void along_row(double t, VectorXd& position, VectorXd& rate) const;
+
+  void on_cubic(std::size_t k, double s, VectorXd& position, VectorXd& rate) const;
+
+  void set_command(double t, double arrival, const VectorXd& from, const VectorXd& to, const VectorXd& torque);
+
+  bool is_command() const { return kind_ == Interpolation::linear || kind_ == Interpolation::smooth_command; }
 
   void seek(double t);
 

@@ -62,8 +62,11 @@ struct RunSetup {
 
 // A command to the drives: see `Reference::command`.
 struct DriveCommand {
-  VectorXd position, rate, torque;  // rad, rad/s (none: that of the way, then 0), N m (none: 0)
-  double arrival = -std::numeric_limits<double>::infinity();  // s, not before `now`; at most the limit's
+  VectorXd position, rate, torque;  // rad, rad/s (none: below), N m (none: 0)
+  // s, not before `now`, and as late as the limits of rates want it. Where it is finite, the set-points go
+  // there on cubics that begin with their rates and end with `rate`, or with the mean rate of the way where
+  // there is none. Else they are there at once, or straight on the way, and have `rate`, or 0.
+  double arrival = -std::numeric_limits<double>::infinity();
 };
 
 // What sensors could read at one state.

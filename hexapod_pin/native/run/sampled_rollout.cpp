@@ -16,17 +16,23 @@ namespace hexapod {
 template <class PlantT>
 void SampledRollout<PlantT>::command(const DriveCommand& c) {
   torque_time_ = kNever;
-  reference_.begin_step(time_);
-  set_points_.take(reference_, time_);
+  reference_.where_to_begin(time_, set_points_.q, set_points_.v);
+  const bool smooth = std::isfinite(c.arrival), rated = c.rate.size() > 0;
   double arrival = std::max(c.arrival, time_);
-  for (Eigen::Index j = 0; j < rate_limit_.size(); ++j)
-    arrival = std::max(arrival, time_ + std::abs(c.position[j] - set_points_.q[j]) / rate_limit_[j]);
+  for (Eigen::Index j = 0; j < rate_limit_.size(); ++j) {
+    const double way = c.position[j] - set_points_.q[j], limit = rate_limit_[j];
+    const double time = !smooth ? std::abs(way) / limit
+                                : shortest_cubic(way, set_points_.v[j], rated ? &c.rate[j] : nullptr, limit);
+    arrival = std::max(arrival, time_ + time);
+  }
   const VectorXd zero = VectorXd::Zero(set_points_.q.size());
-  VectorXd rate = c.rate.size() > 0 ? c.rate : zero;
-  const VectorXd after = rate;
-  const bool own_rate = c.rate.size() == 0 && std::isfinite(c.arrival) && arrival > time_;
-  if (own_rate) rate = (c.position - set_points_.q) / (arrival - time_);
-  reference_.command(time_, arrival, c.position, rate, after, c.torque.size() > 0 ? c.torque : zero);
+  const VectorXd& torque = c.torque.size() > 0 ? c.torque : zero;
+  if (!smooth || !(arrival > time_)) {
+    reference_.command(time_, arrival, c.position, rated ? c.rate : zero, torque);
+  } else {
+    const VectorXd mean = (c.position - set_points_.q) / (arrival - time_);
+    reference_.command_smoothly(time_, arrival, c.position, rated ? c.rate : mean, torque);
+  }
   reference_.begin_step(time_);
 }
 

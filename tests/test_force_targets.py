@@ -1,0 +1,382 @@
+"""Forces that feet are to carry: closed forms, a second implementation, balance and continuity."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+from foot_control_runs import reading, recall, robot
+from refusals import refused
+from scipy.spatial.transform import Rotation
+from test_foot_control_parts import PUSHED, T, loads_on, made, statics, ticks
+
+import hexapod_pin as hp
+from hexapod_pin.control import leg_group
+from hexapod_pin.control.foot_control.law import sole_of
+from hexapod_pin.control.foot_control.leg_model import standing_centre
+from hexapod_pin.native import LeastTorque, force_targets
+
+ROBOTS = ("kharagpur", "athena")
+every_robot = pytest.mark.parametrize("name", ROBOTS)
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def settings(friction: float = 0.35, damping: float = 0.02, cost: np.ndarray | None = None):
+    found = LeastTorque()
+    found.cost = list(np.full((6, 3), 0.25) if cost is None else cost)
+    found.friction, found.damping = friction, damping
+    return found
+
+
+def legs(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return Jacobians, soles from the centre of mass and own torques of six legs, at random."""
+    rng = np.random.default_rng(seed)
+    around = np.pi / 3.0 * np.arange(6) + rng.uniform(-0.2, 0.2, 6)
+    arms = np.column_stack([0.2 * np.cos(around), 0.2 * np.sin(around), np.full(6, -0.15)])
+    arms += rng.uniform(-0.02, 0.02, (6, 3))
+    return rng.uniform(-0.2, 0.2, (6, 3, 3)), arms, rng.uniform(-0.2, 0.2, (6, 3))
+
+
+def core(least, parts, weight, load=30.0, up=UP, normal=UP) -> np.ndarray:
+    jacobian, arms, own = parts
+    return force_targets(least, jacobian.reshape(18, 3), arms, own, list(weight), load, up, normal)
+
+
+# a second implementation ------------------------------------------------------------------------
+
+
+def wrench_maps(arms: np.ndarray) -> np.ndarray:
+    cross = np.array([np.cross(arm, np.eye(3)).T for arm in arms])  # arm x f = cross @ f
+    return np.concatenate([np.tile(np.eye(3), (6, 1, 1)), cross], axis=1)
+
+
+def least_by_elimination(least, parts, weight, load, up) -> np.ndarray:
+    """Least cost in the null space of balance: no multipliers, one large system."""
+    jacobian, arms, own = parts
+    cost = np.array(least.cost)
+    feet = np.flatnonzero(np.asarray(weight) > 0.0)
+    h = np.einsum("lik,lk,ljk->lij", jacobian, cost, jacobian)
+    h = h + least.damping * np.trace(h, axis1=1, axis2=2).mean() / 3.0 * np.eye(3)
+    pull = np.einsum("lik,lk,lk->li", jacobian, cost, own)
+    balance = np.concatenate(list(wrench_maps(arms)[feet]), axis=1)
+    wanted = np.concatenate([load * up, np.zeros(3)])
+    first = np.linalg.lstsq(balance, wanted, rcond=None)[0]
+    null = np.linalg.svd(balance)[2][6:].T
+    big = np.zeros((3 * len(feet),) * 2)
+    for k, foot in enumerate(feet):
+        big[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = h[foot] / weight[foot]
+    slope = big @ first - pull[feet].ravel()
+    free = np.linalg.solve(null.T @ big @ null, -null.T @ slope)
+    force = np.zeros((6, 3))
+    force[feet] = (first + null @ free).reshape(-1, 3)
+    return force
+
+
+def vertical(parts, weight, load, up) -> np.ndarray:
+    arms, root = parts[1], np.sqrt(np.asarray(weight))
+    wrench = np.vstack([np.tile(up[:, None], 6), np.cross(arms, up).T]) * root
+    wanted = np.concatenate([load * up, np.zeros(3)])
+    return np.outer(root * (np.linalg.pinv(wrench, rcond=1e-9) @ wanted), up)
+
+
+def in_cone(least, upright, targets, normal) -> np.ndarray:
+    """Bisect for the largest share of the least-torque forces that keeps every foot in its cone."""
+
+    def inside(share: float) -> bool:
+        force = upright + share * (targets - upright)
+        along = force @ normal
+        across = np.linalg.norm(force - np.outer(along, normal), axis=1)
+        return bool((across <= least.friction * along + 1e-12).all())
+
+    low, high = 0.0, 1.0
+    if inside(1.0):
+        return targets
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if inside(middle) else (low, middle)
+    return upright + low * (targets - upright)
+
+
+TILTED = Rotation.from_rotvec([0.08, -0.05, 0.0]).as_matrix()[:, 2]
+WEIGHTS = ((1.0,) * 6, (1.0, 0.0, 1.0, 0.0, 1.0, 0.0), (1.0, 0.3, 0.8, 0.9, 0.5, 1.0))
+
+
+@pytest.mark.parametrize("friction", [0.2, 10.0])
+@pytest.mark.parametrize("up", [UP, TILTED])
+@pytest.mark.parametrize("weight", WEIGHTS)
+@pytest.mark.parametrize("seed", range(4))
+def test_targets_are_those_of_a_second_implementation(seed, weight, up, friction):
+    """In the null space of balance, the cone by bisection; six, three and unlike feet, a slope."""
+    least, parts = settings(friction), legs(seed)
+    found = core(least, parts, weight, 30.0, up)
+    upright = vertical(parts, weight, 30.0, up)
+    targets = least_by_elimination(least, parts, weight, 30.0, up)
+    expected = in_cone(least, upright, targets, UP)
+    assert found == pytest.approx(expected, abs=1e-7 * 30.0)
+
+
+def test_both_the_cone_and_its_absence_occur():
+    """So that the test above tests both."""
+    shares = []
+    for seed in range(4):
+        parts = legs(seed)
+        free, kept = (core(settings(mu), parts, WEIGHTS[0]) for mu in (10.0, 0.2))
+        shares.append(np.abs(free - kept).max())
+    assert max(shares) > 1.0 and core(settings(10.0), legs(0), WEIGHTS[0])[:, :2].any()
+
+
+# closed forms -----------------------------------------------------------------------------------
+
+
+def star(reach: float, height: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return six equal massless legs around the centre: a vertical joint and two that lift.
+
+    Axes of the femora are below the centre; knees are at half of the reach, as high as them.
+    """
+    jacobians, arms = [], []
+    for k in range(6):
+        out = np.array([np.cos(np.pi / 3.0 * k), np.sin(np.pi / 3.0 * k), 0.0])
+        lift = np.cross(out, UP)
+        foot = reach * out - height * UP
+        joints = [(UP, 0.0 * out), (lift, 0.0 * out), (lift, 0.5 * reach * out)]
+        jacobians.append(np.column_stack([np.cross(axis, foot - at) for axis, at in joints]))
+        arms.append(foot)
+    return np.array(jacobians), np.array(arms), np.zeros((6, 3))
+
+
+def test_a_symmetric_stance_props_itself_like_an_arch():
+    """Normal forces W / 6 and a force g inwards that makes the least squares of two torques.
+
+    Femur: n x - g h, tibia: n x / 2 - g h, per unit: least at g = 3 n x / (4 h), damped by
+    eps H: (2 h^2 + e) g = 3/2 n x h, with e = 0.02 (2 h^2 + 5/4 x^2 + x^2) / 3.
+    """
+    x, h, load = 0.1, 0.15, 60.0
+    parts = star(x, h)
+    found = core(settings(10.0), parts, np.ones(6), load)
+    damping = 0.02 * (2.0 * h * h + 1.25 * x * x + x * x) / 3.0
+    g = 1.5 * (load / 6.0) * x * h / (2.0 * h * h + damping)
+    out = parts[1] * [1.0, 1.0, 0.0] / x
+    expected = load / 6.0 * UP - g * out
+    assert found == pytest.approx(expected, abs=1e-8 * load)
+    assert g == pytest.approx(0.75 * (load / 6.0) * x / h, rel=0.02)
+    limited = core(settings(0.2), parts, np.ones(6), load)
+    assert limited == pytest.approx(load / 6.0 * (UP - 0.2 * out), abs=1e-8 * load)
+
+
+def test_an_own_weight_is_what_the_foot_need_not_push():
+    """A leg whose own weight is a torque: its force allows for it."""
+    jacobian, arms, own = star(0.1, 0.15)
+    heavy = own.copy()
+    heavy[0, 1:] = [0.4, 0.2]  # what a foot of 4 N needs against: tau = own - J^T f
+    plain, found = (
+        core(settings(10.0), (jacobian, arms, g), np.ones(6), 60.0) for g in (own, heavy)
+    )
+    torque = heavy[0] - jacobian[0].T @ found[0]
+    assert np.abs(torque).max() < np.abs(heavy[0] - jacobian[0].T @ plain[0]).max()
+    cost = [
+        sum(np.square(g - j.T @ f).sum() for g, j, f in zip(heavy, jacobian, force, strict=True))
+        for force in (plain, found)
+    ]
+    assert cost[1] < cost[0]
+
+
+# invariants -------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_targets_balance_force_and_moment(seed):
+    rng = np.random.default_rng(seed)
+    up = Rotation.from_rotvec(rng.uniform(-0.2, 0.2, 3) * [1.0, 1.0, 0.0]).as_matrix()[:, 2]
+    parts, weight = legs(seed), rng.uniform(0.2, 1.0, 6)
+    found = core(settings(0.35), parts, weight, 80.0, up)
+    assert found.sum(axis=0) == pytest.approx(80.0 * up, abs=1e-9 * 80.0)
+    assert np.cross(parts[1], found).sum(axis=0) == pytest.approx(np.zeros(3), abs=1e-9 * 80.0)
+
+
+@pytest.mark.parametrize("feet", [(), (2,), (0, 3)])
+def test_too_few_feet_give_no_forces_that_run_away(feet):
+    weight = np.zeros(6)
+    weight[list(feet)] = 1.0
+    found = core(settings(), legs(1), weight, 80.0)
+    assert np.isfinite(found).all() and np.abs(found).max() < 10.0 * 80.0
+    assert not found[weight == 0.0].any()
+    assert not found[:, :2].any()  # vertical ones
+
+
+GAITS = {
+    "tripod": hp.Gait.tripod(lift=0.03), "tetrapod": hp.Gait.tetrapod(lift=0.03),
+    "ripple": hp.Gait.ripple(lift=0.03), "wave": hp.Gait.wave(lift=0.03, cycle_time=4.0),
+}  # fmt: skip
+
+
+def walked(name: str, gait: hp.Gait, period: float, **parts):
+    """Return targets (K, 6, 3) and weights of the feet over a cycle, feet on the plan."""
+    law = made(name, hp.KinematicControl(gait), period=period, **parts)
+    memory, found, shares = law.first_memory(1), [], []
+    count = round(1.2 * gait.cycle_time / period)
+    for k in range(count):
+        plan = law.walk.table.at(k * period + law.lead)
+        target, memory = law.tick(k * period, reading(name, plan[:, :3]), memory)
+        found.append(recall(memory, "target")[0])
+        shares.append(recall(memory, "share")[0])
+    return np.array(found), np.array(shares)
+
+
+@pytest.mark.parametrize("gait", GAITS)
+@every_robot
+def test_no_target_jumps(name, gait):
+    """5 % of the weight per millisecond at most, also where tripods change (duty 1/2)."""
+    weight = 9.81 * robot(name).total_mass
+    found, share = walked(name, GAITS[gait], 1e-3, force_targets=hp.foot_control.ForceTargets())
+    assert np.abs(np.linalg.norm(np.diff(found, axis=0), axis=2)).max() < 0.05 * weight
+    assert share.min() == 0.0 and share.max() == 1.0
+    assert found.sum(axis=1) == pytest.approx(
+        np.tile(weight * UP, (len(found), 1)), rel=1e-9, abs=1e-7
+    )
+    assert not found[share == 0.0].any()
+    full = share > 0.2
+    along, across = found[..., 2], np.linalg.norm(found[..., :2], axis=2)
+    # the plan's feet are in one plane to some 1e-8 rad
+    assert (across[full] <= 0.35 * along[full] + 1e-7 * weight).all()
+
+
+# in the law -------------------------------------------------------------------------------------
+
+
+@every_robot
+def test_offsets_are_the_torques_of_the_targets(name):
+    """Targets and torques of a standing robot, from Pinocchio's Jacobians and weight."""
+    law = made(name, force_targets=hp.foot_control.ForceTargets())
+    target, memory = law.tick(0.0, loads_on(name, PUSHED), law.first_memory(1))
+    own, jacobian, soles = statics(name)
+    effort = robot(name).effort_limit[leg_group(robot(name)).joint_index]
+    weight = 9.81 * robot(name).total_mass
+    least = settings(cost=effort**-2.0)
+    arms = soles - standing_centre(robot(name))
+    expected = core(least, (jacobian, arms, own), np.ones(6), weight)
+    force = recall(memory, "target")[0]
+    assert force == pytest.approx(expected, abs=1e-7 * weight)
+    torque = own - np.einsum("lij,li->lj", jacobian, force)
+    assert 100.0 * target[0, :, 6:9] == pytest.approx(torque, abs=1e-8 * weight)
+    vertical_only = own - jacobian[:, 2] * force[:, 2:]
+    assert np.square(torque / effort).sum() < np.square(vertical_only / effort).sum()
+
+
+def test_soles_are_pushed_into_the_ground():
+    """By (f_n / K)^(1/e) along the normal, against f_t / k_t along the ground."""
+    sole = hp.foot_control.Sole(stiffness=2e5, exponent=1.5, sliding_stiffness=4e4)
+    aim = hp.foot_control.ForceTargets(sole=sole)
+    law = made(force_targets=aim)
+    target, memory = law.tick(0.0, loads_on("kharagpur", PUSHED), law.first_memory(1))
+    force, plan = recall(memory, "target")[0], law.walk.table.at(law.lead)[:, :3]
+    expected = -force / 4e4
+    expected[:, 2] = -((force[:, 2] / 2e5) ** (2.0 / 3.0))
+    assert target[0, :, :3] - plan == pytest.approx(expected, abs=1e-12)
+    assert np.abs(expected[:, :2]).max() > 1e-6 and expected[:, 2].max() < -5e-4
+    contact = hp.Contact.accurate()
+    known = sole_of(contact)
+    assert known.stiffness == contact.normal.stiffness
+    assert known.sliding_stiffness == contact.friction.stiffness
+    assert sole_of(hp.Contact.s1()).sliding_stiffness is None
+
+
+SQUEEZE = hp.foot_control.SlipPid(kp=1e-5, ki=0.0, anticipates=False)
+
+
+@pytest.mark.parametrize("deviation", ["segment", "target"])
+def test_slip_correction_acts_on_the_deviation(deviation):
+    """Forces in proportion to the targets are none; half of them only in the two-sided form."""
+    aim = hp.foot_control.ForceTargets(deviation=deviation)
+
+    def error(share: float, more: float = 0.0) -> np.ndarray:
+        law = made(slip=SQUEEZE, force_targets=aim)
+        memory = law.first_memory(1)
+        _, memory = law.tick(0.0, loads_on("kharagpur", PUSHED), memory)
+        force = recall(memory, "target")[0]
+        out = np.array(force)
+        out[:, :2] *= share
+        out[0, :2] *= 1.0 + more / share
+        out[4, :2] *= 1.0 + more / share
+        _, memory = law.tick(T, loads_on("kharagpur", out), memory)
+        return recall(memory, "error")[0], force
+
+    scale = np.abs(error(1.0)[1][:, :2]).max()
+    assert scale > 0.05
+    assert np.abs(error(1.0)[0]).max() < 1e-6 * scale
+    half = np.abs(error(0.5)[0]).max()
+    assert (half < 1e-9) if deviation == "segment" else (half > 0.2 * scale)
+    assert np.abs(error(1.0, 0.5)[0]).max() > 0.1 * scale
+
+
+def test_parts_can_be_had_alone():
+    """Anticipation without gains, the PID without anticipation, targets without a PID."""
+    alone = made(slip=hp.foot_control.SlipPid(kp=0.0, ki=0.0, kd=0.0))
+    pid = made(slip=hp.foot_control.SlipPid(anticipates=False))
+    aims = made(force_targets=hp.foot_control.ForceTargets())
+    pushed = PUSHED.copy()
+    pushed[0, 0], pushed[4, 0] = 2.0, -2.0
+    correction, offset = {}, {}
+    for name, law in {"alone": alone, "pid": pid, "aims": aims}.items():
+        target, memory = ticks(law, [loads_on("kharagpur", pushed)] * 3)
+        correction[name] = np.abs(recall(memory, "correction")).max() > 0.0
+        offset[name] = np.abs(recall(memory, "servo_offset")).max() > 0.0
+    assert correction == {"alone": False, "pid": True, "aims": False}
+    assert offset == {"alone": True, "pid": False, "aims": True}
+
+
+INWARD = {"femur": -20.0, "tibia": 120.0}
+
+
+@cache
+def inward() -> hp.Robot:
+    """Return athena with its feet further in."""
+    names = robot("athena").joint_names
+    angle = {n: next((a for k, a in INWARD.items() if k in n), 0.0) for n in names}
+    return hp.load_robot("athena", posture={n: np.radians(a) for n, a in angle.items()})
+
+
+def test_default_gains_suit_the_posture():
+    """Twice the gain of the default bandwidth is unstable here: the gain follows from the loop."""
+    from hexapod_pin.control.foot_control.stability import spectral_radius, with_stable_gains
+
+    scene = hp.Scene(inward(), contact=hp.Contact.s1())
+    gait = hp.Gait.tripod(stroke=0.08)
+    control = hp.FootControl(gait, slip=hp.foot_control.SlipPid())
+    control.start(scene, 1)
+    found = with_stable_gains(control, scene)
+    gain = found.slip.ki
+    drift = control.gait.duty * control.gait.cycle_time
+    assert gain is not None
+    for factor, stable in ((2.0, True), (4.0, False)):
+        changed = replace(found, slip=found.slip.model_copy(update={"ki": factor * gain}))
+        assert (spectral_radius(changed, scene, drift_time=drift) < 1.0) == stable
+    asked = replace(control, slip=hp.foot_control.SlipPid(bandwidth=1000.0))
+    with refused(hp.errors.ParameterError, "slip.bandwidth", 1000.0):
+        asked.start(scene, 1)
+
+
+@pytest.mark.parametrize(
+    ("make", "name", "value"),
+    [
+        (lambda: hp.foot_control.ForceTargets(friction=0.0), "ForceTargets.friction", 0.0),
+        (lambda: hp.foot_control.ForceTargets(sole="rubber"), "ForceTargets.sole", "rubber"),
+        (lambda: hp.foot_control.Sole(stiffness=-1.0), "Sole.stiffness", -1.0),
+        (lambda: hp.foot_control.VirtualSuspension(tilt=-0.1), "VirtualSuspension.tilt", -0.1),
+    ],
+)
+def test_parameters_out_of_range_are_named(make, name, value):
+    with refused(hp.errors.ParameterError, name, value):
+        make()
+
+
+def test_targets_are_read_back_from_text(tmp_path):
+    control = hp.FootControl(
+        hp.Gait.tripod(), slip=hp.foot_control.SlipPid(),
+        force_targets=hp.foot_control.ForceTargets(sole=hp.foot_control.Sole(stiffness=1e6)),
+    )  # fmt: skip
+    case = hp.Case(hp.Scene(robot("athena")), control, duration=0.2, accuracy=1e-4)
+    case.save(tmp_path / "case.toml")
+    again = hp.load_case(tmp_path / "case.toml")
+    assert again.controller.to_dict() == control.to_dict() and again.digest == case.digest
