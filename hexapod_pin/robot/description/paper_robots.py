@@ -56,7 +56,7 @@ KHARAGPUR = Blueprint(
 ATHENA = Blueprint.from_dimensions(
     "athena_like",
     title="ATHENA-like hexapod: the robot of S1 as far as it is known, all numbers assumed",
-    source="no dimension, mass or limit of ATHENA (S1) is published: a plausible set, all assumed",
+    source="no dimension, mass or limit of ATHENA (S1) was found: a plausible set, all assumed",
     assumed=(
         "every length, mass, inertia, limit and hip position (bodies are solid boxes and rods)",
         "total mass 8.25 kg; motors of the 165 g, 10.6 N m, 30 rpm class",
