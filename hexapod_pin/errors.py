@@ -77,6 +77,10 @@ def _text_of(value: Any) -> str:
         return object.__repr__(value)
 
 
+LONGEST_VALUE = 300
+"""Of a value in a message; the error itself holds all of it [characters]."""
+
+
 class ParameterError(HexapodError, ValueError):
     """A parameter is outside its allowed range.
 
@@ -89,7 +93,10 @@ class ParameterError(HexapodError, ValueError):
     def __init__(self, name: str, value: Any, allowed: str, hint: str = "") -> None:
         """Compose the message from its parts; `hint` is the way out."""
         self.name, self.value, self.allowed, self.hint = name, value, allowed, hint
-        super().__init__(f"{name} = {value!r}: must be {allowed}." + (f" {hint}" if hint else ""))
+        shown = repr(value)
+        if len(shown) > LONGEST_VALUE:
+            shown = f"{shown[: LONGEST_VALUE - 4]} ..."
+        super().__init__(f"{name} = {shown}: must be {allowed}." + (f" {hint}" if hint else ""))
 
 
 class ArgumentError(HexapodError, TypeError):

@@ -246,3 +246,13 @@ def test_a_refused_file_is_grouped_and_ends_with_the_next_command(run: Run, tmp_
     )
     refused = run("walk", "cut.urdf", *WALK)
     assert refused.status == 2 and refused.err.splitlines()[-1].endswith("check cut.urdf")
+
+
+def test_without_a_command_there_is_what_to_type(run: Run) -> None:
+    """Five ways in, one line each; every command named there exists."""
+    done = run()
+    assert done.status == 0 and max(map(len, done.out.splitlines())) <= WIDTH
+    named = set(re.findall(r"hexapod-pin (\w+)", done.out))
+    assert named == {"walk", "select", "compare", "sweep", "view"}
+    listed = run("--help").out
+    assert all(f"  {name} " in listed for name in named)

@@ -120,6 +120,20 @@ for _command in (
     app.command(cls=_Command)(_command)
 
 
+START = """\
+Walk a hexapod's URDF on compliant feet. What to type:
+
+  walk my robot          hexapod-pin walk robot.urdf
+  which motor            hexapod-pin select robot.urdf
+  compare controllers    hexapod-pin compare a.toml b.toml    (walk --save-case)
+  many walks             hexapod-pin sweep study.toml
+  look at a run          hexapod-pin view walk.nc
+
+Two robots are included: kharagpur and athena. All commands: hexapod-pin --help
+"""
+"""What is printed without a command."""
+
+
 def main(argv: Sequence[str] | None = None) -> NoReturn:
     """Run a command and exit; every error of this package becomes one message.
 
@@ -127,6 +141,9 @@ def main(argv: Sequence[str] | None = None) -> NoReturn:
         argv: arguments without the program's name; None takes those of the process.
     """
     arguments = sys.argv[1:] if argv is None else list(argv)
+    if not arguments:
+        echo(START)
+        sys.exit(0)
     _commands(*arguments[:1])(args=arguments, prog_name="hexapod-pin")
     sys.exit(0)
 
