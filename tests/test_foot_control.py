@@ -24,6 +24,7 @@ def full(walk=None, **settings) -> hp.FootControl:
     """Return a controller with all parts."""
     parts = {
         "slip": hp.foot_control.SlipPid(bandwidth=4.0),
+        "force_targets": hp.foot_control.ForceTargets(sole="contact"),
         "suspension": hp.foot_control.VirtualSuspension(),
         "touch_down": hp.foot_control.TouchDown(), "levelling": hp.foot_control.Levelling(),
         "sensors": NOISY, "delay": 0.002,
