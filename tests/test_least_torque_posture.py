@@ -140,6 +140,7 @@ def test_walk_searches_it_and_prints_its_numbers(tmp_path: Path, monkeypatch) ->
     words += ["--lift", "0.04", "--duration", "5", "--no-html", "--quick"]
     run = CliRunner().invoke(app, [*words, "--posture", "least-torque", "--save-case", "c.toml"])
     assert run.exit_code == 0, run.output
+    assert "lf_coxa_joint 0, lf_femur_joint -20, lf_tibia_joint 120 degrees" in run.output
     assert "feet 138 mm (207 mm)" in run.output
     assert "holding torque 0.876 N m (1.01 N m) RMS" in run.output
     case = hp.load_case("c.toml")

@@ -264,12 +264,14 @@ class LeastTorquePosture(Immutable):
         found: what it costs.
         standing: what the standing posture of the robot costs.
         tried: how many postures were judged.
+        first_leg: names of the joints of the first leg, which `lines` reports.
     """
 
     posture: Mapping[str, float] = field(repr=False)
     found: PostureCost
     standing: PostureCost
     tried: int
+    first_leg: tuple[str, ...] = field(repr=False)
 
     @property
     def changed(self) -> bool:
@@ -282,7 +284,10 @@ class LeastTorquePosture(Immutable):
             return [f"the standing posture costs least of {self.tried} postures"]
         new, old = self.found, self.standing
         degrees, mm = math.degrees, 1e3
+        angle = {name: round(degrees(self.posture[name]), 1) + 0.0 for name in self.first_leg}
+        angles = [f"{name} {value:g}" for name, value in angle.items()]  # no -0
         return [
+            f"{', '.join(angles)} degrees, other legs alike",
             f"feet {mm * new.foot_radius:.0f} mm ({mm * old.foot_radius:.0f} mm) from the axes of "
             f"the first joints, trunk {mm * new.height:.0f} mm ({mm * old.height:.0f} mm) high; "
             "in brackets: the robot's own standing posture",
@@ -353,7 +358,9 @@ def least_torque_posture(
             best, posture = cost, legs.posture
             break
     angles = zip(robot.joint_names, (posture + 0.0).tolist(), strict=True)  # no -0.0
-    return LeastTorquePosture(MappingProxyType(dict(angles)), best, standing, 1 + len(judged))
+    return LeastTorquePosture(
+        MappingProxyType(dict(angles)), best, standing, 1 + len(judged), six.legs[0].joints
+    )
 
 
 def _cycles(robot: Robot, six: LegGroup, gait: Gait, spacing: float) -> Iterator[_Cycle]:
