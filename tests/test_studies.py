@@ -45,7 +45,6 @@ SHORT = {
         "constraint_drift": "--duration 0.02 --rounds 1",
         "contact_cost": "--duration 0.05 --rounds 1",
         "creep": "--duration 0.05",
-        "foot_control": "--quick",
         "formulations_cost": "--rounds 1 --stiffnesses 1",
         "gain_borders": (
             "--robots kharagpur --contacts accurate --quantities slip.kp --delays 20 --points 1"
@@ -76,6 +75,7 @@ SHORT = {
             "--accuracies 1e-4 --explicit-for 0"
         ),
         "robust_cost": "--quick",
+        "s1_comparison": "--quick",
         "second_rhs": "--groups friction --most 1 --tolerance 1e-7",
         "step_cost": "--quick",
         "sweep_cost": "--cases 4 --duration 0.1 --dask 0 --samples 0",
@@ -83,6 +83,7 @@ SHORT = {
         "sweep_kills": "--kills 2 --cases 4 --duration 0.3",
         "motor_feedback": "--walks 1",
         "walk_tracking": "--quick",
+        "unknown_ground": "--quick",
         "tolerance_calibration": "--drops 1 --methods extrapolated-euler",
     }.items()
 }
@@ -112,7 +113,6 @@ WRITTEN_BY = {
     "hard_cases": "hexapod-pin bench --hard",
     "quantities": "python scripts/quantities.py",
     "rewritten_robots": "python scripts/studies rewritten_robots",
-    "s1_comparison": "python scripts/studies foot_control",
     "s2_study": "python scripts/studies s2_page",
     "scale": "python scripts/studies sweep_scale",
     "speed_against_error": "hexapod-pin bench",
@@ -149,7 +149,6 @@ def test_studies_are_listed_and_run_by_one_command() -> None:
 def test_study_writes_its_page(name: str, tmp_path: Path, capsys) -> None:
     """Command and machine in the head, no host, no path; the page is printed too."""
     places = {name: ["--figure", "f.svg"] for name in ("constraint_drift", "gain_borders")}
-    places["foot_control"] = ["--docs", "docs"]
     places["sweep_scale"] = ["--page", "scale.md"]
     places["real_robots"] = ["--folder", "robots"]
     (tmp_path / "robots").mkdir()

@@ -1,1 +1,1 @@
-"""S1's foot control beside conventional control, and gains that stand still."""
+"""S1's foot control beside conventional control, on unknown ground, and gains that stand still."""

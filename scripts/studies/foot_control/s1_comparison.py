@@ -1,0 +1,172 @@
+"""S1's comparison: each part of foot control, and parts together, beside conventional control."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from hexapod_pin.results.comparison import failures
+from hexapod_pin.results.schema import require_known
+from hexapod_pin.results.walk_metrics import Estimate
+from studies.foot_control.cells import (
+    KINDS,
+    LEAST_TORQUE,
+    LIFT,
+    OWN,
+    REFERENCE,
+    STROKE,
+    SWING,
+    TERRAINS,
+    Found,
+    Size,
+)
+from studies.foot_control.judgement import (
+    SHOWN,
+    CellChange,
+    cell_changes,
+    claims_table,
+    conventional_table,
+    judged_table,
+    median_table,
+    posture_table,
+)
+from studies.study import StudyReport
+
+SEED = 20261127
+CONTACTS = ("accurate", "s1", "s1-printed", "s2")
+FASTER: dict[str, Any] = {"method": "robust", "step": 5e-3}
+"""Settings of the runs of a quick study: fixed steps, for what the tables are, not for numbers."""
+
+
+def s1_comparison(
+    *,
+    draws: int = 10,
+    seed: int = SEED,
+    robots: str = ",".join(REFERENCE),
+    postures: str = f"{OWN},{LEAST_TORQUE}",
+    grounds: str = ",".join(TERRAINS),
+    contacts: str = "accurate,s1",
+    ticks: str = "2,5",
+    store: Path = Path(),
+    threads: int = 2,
+    quick: bool = False,
+) -> StudyReport:
+    """S1's claims, part by part, on gaits and grounds drawn from a seed.
+
+    With a store (an SQLite file) finished runs are kept, and the study continues where it was
+    stopped. `quick` takes one robot, one ground, 5 ms and fixed steps of 5 ms.
+    """
+    size = Size(
+        robots=("kharagpur",) if quick else _names("robot", robots, REFERENCE),
+        postures=_names("posture", postures, (OWN, LEAST_TORQUE)),
+        terrains=("flat", "bumps") if quick else _names("ground", grounds, TERRAINS),
+        contacts=("accurate",) if quick else _names("contact", contacts, CONTACTS),
+        ticks=(0.005,) if quick else tuple(1e-3 * float(tick) for tick in ticks.split(",")),
+        draws=min(draws, 2) if quick else draws,
+        seed=seed,
+        settings=FASTER if quick else {},
+    )
+    how: dict[str, Any] = {"threads": threads}
+    if store != Path():
+        how |= {"store": store, "resume": store.exists()}
+    found = Found.of(size, **how)
+    changes = cell_changes(found)
+    lost = failures(found.comparison)
+    return StudyReport(
+        "S1's comparison",
+        [
+            INTRODUCTION,
+            _drawn(size),
+            claims_table(changes, found),
+            READING,
+            median_table(changes),
+            posture_table(found),
+            conventional_table(found),
+            ASKED,
+            judged_table(changes),
+            "Runs without numbers: " + ("; ".join(lost) if lost else "none") + ".",
+        ],
+        data={
+            "numbers": ["change [-]", "half of its 95 % interval [-]"],
+            "cells": [_plain(one) for one in changes],
+            "drawn": found.data,
+        },
+    )
+
+
+def _names(kind: str, text: str, known: Iterable[str]) -> tuple[str, ...]:
+    """Return the names in a comma-separated list; UnknownNameError lists the known ones."""
+    found = tuple(name.strip() for name in text.split(","))
+    for name in found:
+        require_known(kind, name, tuple(known))
+    return found
+
+
+def _plain(one: CellChange) -> dict[str, Any]:
+    return {
+        "cell": one.cell.row,
+        "tick": one.tick,
+        "controller": one.variant,
+        "walked": one.walked,
+        **{metric: _digits(one.changes[metric]) for metric in SHOWN},
+    }
+
+
+def _digits(change: Estimate | None) -> list[float | None] | None:
+    if change is None:
+        return None
+    half = change.half_width
+    return [float(f"{change.value:.4g}"), None if half is None else float(f"{half:.2g}")]
+
+
+def _drawn(size: Size) -> str:
+    """Return what was drawn, as text."""
+    swings = "; ".join(f"{name} {low:g} to {high:g} s" for name, (low, high) in SWING.items())
+    ends = [f"{1e3 * low:g} to {1e3 * high:g} mm" for low, high in (STROKE, LIFT)]
+    return (
+        f"Gaits and grounds are drawn from seed {size.seed}, {size.draws} of each robot and kind "
+        f"of ground: {', '.join(KINDS)}, stroke {ends[0]}, lift {ends[1]}, swing {swings}. A gait "
+        "that one of the postures cannot walk is drawn again. All controllers walk the same gaits "
+        "on the same grounds, in both postures, with all contacts and ticks. A run starts from "
+        "standing and has two whole steady cycles."
+    )
+
+
+INTRODUCTION = """\
+S1 corrects the positions of the feet by a PID on tangential contact forces, lets the legs yield to
+normal forces (virtual suspension), adds both to the planned feet, and compares that with
+conventional kinematic control. S1 promises less slip, a steadier trunk, gentler touch-downs, and
+"decreasing both the joints efforts and the energy consumed". It prints neither equations nor gains
+nor numbers: the equations are those of [foot control](../foot_control.md), and their gains follow
+from stated bandwidths (*assumed*), the same on all grounds.
+
+All numbers are changes in percent against `hp.KinematicControl` **in the same posture, with the
+same gait, on the same ground**; ± is half of the 95 % interval over gaits and grounds. Parts are
+tried one by one, so that a change has one cause: the ticks alone ("no parts"), the anticipation of
+the servos' yield (not in S1), S1's PID, S1's suspension leg by leg, and the posture, which no
+controller changes. The [posture of least torque](../walking.md#posture-of-least-torque) is
+searched for a tripod with a stroke of 60 mm and a lift of 40 mm. The changes of every controller
+in every cell, with their intervals, are in `s1_comparison.json` beside this page.
+
+Grounds: flat; 7 degrees across the way; bumps of 0.4 of the lift, 0.4 m long; sand
+(`Contact.soil`); squares of 0.2 m with 0.02 to 1 of the ground's stiffness; flat ground and joints
+with dry friction of 0.1 N m (athena) and 0.03 N m (kharagpur)."""
+
+READING = """\
+A promise holds where it does in every cell of robot, posture, ground, contact and tick. "What does
+it" names the single parts with which the number decreases in at least three quarters of the cells,
+the strongest first. Why torques cannot decrease much on flat ground: servos of one stiffness, on
+feet that stick, share the load with the least sum of squared torques by themselves (Castigliano),
+so that only the posture, or a better sharing on uneven ground, can lower their RMS."""
+
+ASKED = """\
+What is asked for. Of a controller without parts at 5 ms: within 1 % of conventional control in
+every number, with dry joints, too. Of force targets, with the suspension or without, in the
+posture of least torque on flat ground, across the slope and on bumps: slip path, energy and
+vertical acceleration decrease in every cell, on bumps with the whole interval; torque RMS at most
++2 %, torque peak at most +5 % and the upper end of its interval at most +10 %; roll, pitch and
+touch-down force in no cell surely above +2 %. Of targets that do not know the sole: the same three
+numbers decrease. Of targets from which the PID takes deviations both ways, in the robot's own
+posture: torque RMS at most +3 %, peak at most +12 %. Medians asked for stand in the table of
+medians. In other cells nothing is asked for."""

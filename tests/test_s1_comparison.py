@@ -1,0 +1,119 @@
+"""S1's comparison judges cells by what was asked for, and draws the same grounds again."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from studies.foot_control.cells import DRY, LEAST_TORQUE, OWN, Cell, Size, cells, draws
+from studies.foot_control.judgement import SHOWN, CellChange, median_table
+from studies.foot_control.s1_comparison import s1_comparison
+from studies.foot_control.variants import (
+    BOTH_WAYS,
+    NO_PARTS,
+    PID,
+    SOLE_UNKNOWN,
+    TARGETS,
+    TARGETS_SUSPENSION,
+    leg_by_leg,
+    parts,
+)
+
+import hexapod_pin as hp
+from hexapod_pin.control.gait_refusal import refuse_impossible
+from hexapod_pin.errors import UnknownNameError
+from hexapod_pin.results.walk_metrics import Estimate
+
+GOOD = {
+    "slip_distance": -0.5, "energy_per_metre": -0.15, "vertical_acceleration_rms": -0.3,
+    "torque_rms": 0.01, "torque_peak": 0.02, "roll_rms": -0.1, "pitch_rms": -0.1,
+    "force_peak": 0.0,
+}  # fmt: skip
+CELL = Cell("athena", LEAST_TORQUE, "bumps", "accurate")
+
+
+def changed(variant: str = TARGETS, cell: Cell = CELL, half: float = 0.04, **values: float):
+    """Return changes that meet everything, but for some values."""
+    changes = {name: Estimate({**GOOD, **values}[name], half, 10) for name in SHOWN}
+    return CellChange(cell, 0.005, variant, (10, 10), changes)
+
+
+@pytest.mark.parametrize("variant", [TARGETS, TARGETS_SUSPENSION])
+@pytest.mark.parametrize(
+    ("values", "missed"),
+    [
+        ({}, []),
+        ({"slip_distance": -0.03}, ["slip path"]),  # the interval goes up to +1 %
+        ({"energy_per_metre": 0.01}, ["energy"]),
+        ({"torque_rms": 0.03}, ["torque RMS"]),
+        ({"torque_peak": 0.07}, ["torque peak"]),
+        ({"roll_rms": 0.05}, []),  # not surely above 2 %
+        ({"roll_rms": 0.07, "pitch_rms": 0.1}, ["roll", "pitch"]),
+    ],
+)
+def test_force_targets_are_held_to_the_numbers(variant: str, values, missed: list[str]) -> None:
+    assert changed(variant, **values).missed() == missed
+
+
+def test_intervals_count_on_bumps_and_for_peaks() -> None:
+    flat = replace(CELL, terrain="flat")
+    assert changed(cell=flat, slip_distance=-0.03).missed() == []
+    assert changed(half=0.09, torque_peak=0.02).missed() == ["torque peak"]
+    lost = replace(changed(), walked=(9, 10))
+    assert lost.missed() == ["a run that did not walk"]
+    gone = replace(changed(), changes={**changed().changes, "roll_rms": None})
+    assert gone.missed() == ["roll"]
+
+
+def test_other_variants_have_rules_of_their_own() -> None:
+    own = replace(CELL, posture=OWN)
+    assert changed(PID).missed() is None
+    assert changed(cell=own).missed() is None
+    assert changed(cell=replace(CELL, terrain="soil")).missed() is None
+    assert changed(SOLE_UNKNOWN, torque_rms=0.5).missed() == []
+    assert changed(SOLE_UNKNOWN, slip_distance=0.01).missed() == ["slip path"]
+    assert changed(BOTH_WAYS, own, torque_rms=0.04, torque_peak=0.11).missed() == ["torque RMS"]
+    nothing = dict.fromkeys(GOOD, 0.005)
+    assert changed(NO_PARTS, **nothing).missed() == []
+    assert changed(NO_PARTS, replace(CELL, terrain=DRY), **nothing).missed() == []
+    assert changed(NO_PARTS, **{**nothing, "roll_rms": -0.02}).missed() == ["roll"]
+    assert replace(changed(NO_PARTS), tick=0.002).missed() is None
+
+
+def test_medians_are_judged_where_one_was_asked_for() -> None:
+    some = [changed(slip_distance=value) for value in (-0.1, -0.15, -0.5)]
+    [row] = median_table(some).texts()
+    assert row[-1] == "FAIL: slip path at most -20" and row[5] == "-15 (-50, -10)"
+    [row] = median_table([changed(slip_distance=-0.21)]).texts()
+    assert row[-1] == "pass"
+    [row] = median_table([changed(PID)]).texts()
+    assert row[-1] == "-"
+
+
+def test_draws_repeat_and_can_be_walked_in_all_postures() -> None:
+    robots = {OWN: hp.load_robot("kharagpur")}
+    size = Size(
+        ("kharagpur",), (OWN,), ("bumps", "soil", DRY), ("accurate", "s1"), (0.005,), 4, 3, {}
+    )
+    first, again = (draws(robots, "kharagpur", "bumps", size) for _ in range(2))
+    assert [one.gait for one in first] == [one.gait for one in again]
+    assert [one.seed for one in first] == [one.seed for one in again]
+    fewer = draws(robots, "kharagpur", "bumps", replace(size, draws=2))
+    assert [one.seed for one in fewer] == [one.seed for one in first[:2]]
+    assert len({one.seed for one in first}) == 4
+    for one in first:
+        refuse_impossible(robots[OWN], one.gait)
+    assert [cell.contact for cell in cells(size)] == ["accurate", "s1", "soil", "accurate", "s1"]
+
+
+def test_each_variant_has_its_parts_alone() -> None:
+    """What differs from the variant without parts is what its name says."""
+    assert parts()[NO_PARTS] == {}
+    assert parts()[PID]["slip"].anticipates is False
+    modes = leg_by_leg().model_dump()
+    assert all(modes[name] == 1.0 for name in ("heave", "tilt", "warp") if name in modes)
+
+
+def test_unknown_names_are_refused() -> None:
+    with pytest.raises(UnknownNameError):
+        s1_comparison(grounds="flat,water")
