@@ -72,6 +72,11 @@ def test_energies_of_a_sine(lag: float) -> None:
     assert row.positive_energy >= 0.0 >= row.negative_energy
     power = 0.5 * TORQUE * RATE * (1.0 + abs(math.cos(lag)))
     assert row.power_peak == pytest.approx(power, rel=1e-5)  # the peak lies between two samples
+    half = 0.5 * TORQUE * RATE  # P = AB/2 (cos lag - cos(2wt - lag)): from -(1 - cos) to 1 + cos
+    near = pytest.approx(half * (1.0 + math.cos(lag)), rel=1e-5, abs=1e-5 * half)
+    assert row.driving_power_peak == near
+    near = pytest.approx(half * (1.0 - math.cos(lag)), rel=1e-5, abs=1e-5 * half)
+    assert row.braking_power_peak == near
 
 
 def test_energies_of_the_robot_are_those_of_its_joints_per_cycle() -> None:
@@ -179,7 +184,8 @@ def test_printed_columns_hold_the_numbers_of_their_heads() -> None:
         "RMS torque": (femur.rms.torque_rms, joint.torque_rms),
         "peak speed": (femur.speed.speed_peak, joint.speed_peak),
         "RMS speed": (femur.speed_rms.speed_rms, joint.speed_rms),
-        "peak power": (femur.power.power_peak, joint.power_peak),
+        "driving power": (femur.driving_power.driving_power_peak, joint.driving_power_peak),
+        "braking power": (femur.braking_power.braking_power_peak, joint.braking_power_peak),
         "energy +": (femur.positive_energy, joint.positive_energy),
         "energy -": (femur.negative_energy, joint.negative_energy),
     }
@@ -190,7 +196,7 @@ def test_printed_columns_hold_the_numbers_of_their_heads() -> None:
         places = [head.index(name) for name in heads]
         assert places == sorted(places)
         numbers = [found[which] for found in heads.values()]
-        cells = [float(cell) for cell in lines[row].removeprefix(start).split()[:8]]
+        cells = [float(cell) for cell in lines[row].removeprefix(start).split()[:9]]
         assert cells == pytest.approx(numbers, rel=5e-4)
         sizes = sorted(map(abs, numbers))
         assert all(b > 1.002 * a for a, b in itertools.pairwise(sizes))

@@ -108,6 +108,9 @@ def test_peaks_are_those_of_the_states_in_whole_cycles(gathered: Any) -> None:
         picked = np.arange(values.shape[1])
         assert np.array_equal(data[name], values[inside][at, picked]), name  # with their signs
         assert np.array_equal(data[f"{name}_time"], motion.time[inside][at]), name
+    power = (motion.torque * motion.rate)[inside]
+    assert np.array_equal(data["driving_power_peak"], np.maximum(power, 0.0).max(axis=0))
+    assert np.array_equal(data["braking_power_peak"], np.maximum(-power, 0.0).max(axis=0))
     assert data["roll_peak"] == pytest.approx(0.05, rel=1e-4)
     out = np.abs(motion.torque[~inside]).max(axis=0)
     assert np.abs(data["outside_torque"]) == pytest.approx(out, rel=0.0)

@@ -148,7 +148,7 @@ def test_a_budget_takes_a_trace_a_summary_or_an_older_trace(trace: hp.Trace) -> 
 
 
 def test_peaks_do_not_depend_on_the_sampling() -> None:
-    """Samples every 50 ms miss touch-downs; the summary sees the same steps as at 2 ms and more."""
+    """Samples every 50 ms miss touch-downs; the summary sees steps, which samples do not end."""
     coarse = hp.simulate(SCENE, WALK, duration=2.4, sample=0.05)
     fine = hp.simulate(SCENE, WALK, duration=2.4, sample=2e-3)
     missed = np.abs(coarse.torque).max() / np.abs(coarse.summary.torque_peak).max()
@@ -156,7 +156,9 @@ def test_peaks_do_not_depend_on_the_sampling() -> None:
     assert np.abs(coarse.summary.torque_peak) == pytest.approx(
         np.abs(fine.summary.torque_peak), rel=0.15
     )  # peaks of touch-downs at an accuracy of 1e-4; samples at 50 ms are off by up to a half
-    assert coarse.summary.states < fine.summary.states
+    states = coarse.summary.states, fine.summary.states
+    assert states[0] == pytest.approx(states[1], rel=0.01)  # round-off may add a step
+    assert min(states) > 10 * len(coarse.time)
 
 
 def test_a_summary_is_kept_in_a_file(trace: hp.Trace, tmp_path: Path) -> None:

@@ -43,6 +43,8 @@ class JointBudget:
     speed_peak: float  # largest |rate| [rad/s]
     speed_rms: float  # [rad/s]
     power_peak: float  # largest |torque * rate| [W]
+    driving_power_peak: float  # largest torque * rate that the joint gives [W]
+    braking_power_peak: float  # largest torque * rate that it takes up [W]
     positive_energy: float  # work given by the joint [J], >= 0
     negative_energy: float  # work taken up by the joint [J], <= 0
     # How far they may be off for the run's own error [N m]; None where it is not known.
@@ -68,6 +70,8 @@ class KindBudget:
     speed: JointBudget  # ... with the largest peak speed
     speed_rms: JointBudget  # ... with the largest RMS speed
     power: JointBudget  # ... with the largest peak power
+    driving_power: JointBudget  # ... of those with the largest driving power
+    braking_power: JointBudget  # ... with the largest braking power
     positive_energy: float  # of all joints of the kind, per cycle (or window) [J]
     negative_energy: float  # [J], <= 0
 
@@ -96,6 +100,8 @@ def summary_rows(summary: Summary) -> tuple[JointBudget, ...]:
             speed_peak=float(abs(summary.speed_peak[k])),
             speed_rms=float(summary.speed_rms[k]),
             power_peak=float(abs(summary.power_peak[k])),
+            driving_power_peak=float(summary.driving_power_peak[k]),
+            braking_power_peak=float(summary.braking_power_peak[k]),
             positive_energy=float(summary.positive_energy[k]),
             negative_energy=float(summary.negative_energy[k]),
             torque_peak_error=_known(peak[k]),
@@ -130,6 +136,8 @@ def _kind_row(kind: str, rows: Sequence[JointBudget]) -> KindBudget:
         "speed": worst("speed_peak"),
         "speed_rms": worst("speed_rms"),
         "power": worst("power_peak"),
+        "driving_power": worst("driving_power_peak"),
+        "braking_power": worst("braking_power_peak"),
     }
     return KindBudget(
         kind=kind,
@@ -206,7 +214,8 @@ COLUMNS = (
     Column("RMS torque", "N m", "torque_rms", "rms", "torque_rms_error"),
     Column("peak speed", "rad/s", "speed_peak", "speed"),
     Column("RMS speed", "rad/s", "speed_rms", "speed_rms"),
-    Column("peak power", "W", "power_peak", "power"),
+    Column("driving power", "W", "driving_power_peak", "driving_power"),
+    Column("braking power", "W", "braking_power_peak", "braking_power"),
     Column("energy +", "J", "positive_energy"),
     Column("energy -", "J", "negative_energy"),
 )

@@ -38,6 +38,9 @@ def summary_of(trace: Trace) -> Summary:
     signed = {"torque": torque, "speed": speed, "power": torque * speed}
     for name, values in signed.items():
         found[f"{name}_peak"], found[f"{name}_peak_time"] = _largest(time, values)
+    power = torque * speed
+    found["driving_power_peak"] = np.maximum(power, 0.0).max(axis=0)
+    found["braking_power_peak"] = np.maximum(-power, 0.0).max(axis=0)
     found["outside_torque"], found["outside_torque_time"] = _largest(trace.time, trace.torque)
     limit = trace.run.robot.effort(len(trace.joint_names))
     found["at_limit"] = np.mean(np.abs(torque) >= LIMITED_TORQUE_SHARE * limit, axis=0)

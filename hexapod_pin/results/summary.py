@@ -91,6 +91,8 @@ class Summary(Record):  # noqa: PLW1641  # no record has a hash
         "mean of torque times acceleration")
     power_peak: Array = quantity("joint", "W", "torque times rate of largest size")
     power_peak_time: Array = quantity("joint", "s", "time of power_peak", error=False)
+    driving_power_peak: Array = quantity("joint", "W", "largest torque times rate, given")
+    braking_power_peak: Array = quantity("joint", "W", "largest torque times rate, taken up")
     positive_energy: Array = quantity("joint", "J",
         "work done by the joint per cycle", least=0.0)
     negative_energy: Array = quantity("joint", "J",

@@ -18,6 +18,7 @@ namespace hexapod {
 struct JointSums {
   double torque_square = 0.0, rate_square = 0.0;             // N^2 m^2 s, rad^2/s
   double positive_energy = 0.0, negative_energy = 0.0;       // J
+  double driving_power = 0.0, braking_power = 0.0;           // largest power given, and taken up, W
   double at_limit = 0.0;                                     // s
   double limit_use = 0.0;  // largest |torque| over its limit in the same state
   double lowest = std::numeric_limits<double>::infinity();   // rad
@@ -27,6 +28,8 @@ struct JointSums {
   void take(const JointSums& other) {
     torque_square += other.torque_square, rate_square += other.rate_square;
     positive_energy += other.positive_energy, negative_energy += other.negative_energy;
+    driving_power = std::max(driving_power, other.driving_power);
+    braking_power = std::max(braking_power, other.braking_power);
     at_limit += other.at_limit, limit_use = std::max(limit_use, other.limit_use);
     lowest = std::min(lowest, other.lowest), highest = std::max(highest, other.highest);
     torque.see(other.torque), speed.see(other.speed), power.see(other.power);
@@ -101,6 +104,8 @@ class JointTotals {
       sums.rate_square += weight * (e.rate * e.rate);
       sums.positive_energy += weight * std::max(power, 0.0);
       sums.negative_energy += weight * std::min(power, 0.0);
+      sums.driving_power = std::max(sums.driving_power, power);
+      sums.braking_power = std::max(sums.braking_power, -power);
       if (size >= e.limit) sums.at_limit += weight;
       sums.limit_use = std::max(sums.limit_use, kLimitShare * size / e.limit);
       sums.lowest = std::min(sums.lowest, e.angle), sums.highest = std::max(sums.highest, e.angle);

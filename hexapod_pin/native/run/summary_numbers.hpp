@@ -48,6 +48,8 @@ void for_each_number(RunSummary& summary, Put&& put) {
   put_peaks("torque_peak", totals.joints.peaks(&JointSums::torque));
   put_peaks("speed_peak", totals.joints.peaks(&JointSums::speed));
   put_peaks("power_peak", totals.joints.peaks(&JointSums::power));
+  put("driving_power_peak", of_joints([](const JointSums& s) { return s.driving_power; }));
+  put("braking_power_peak", of_joints([](const JointSums& s) { return s.braking_power; }));
   put("torque_rms", of_joints([&](const JointSums& s) { return rms(s.torque_square); }));
   put("speed_rms", of_joints([&](const JointSums& s) { return rms(s.rate_square); }));
   put("positive_energy", of_joints([&](const JointSums& s) { return s.positive_energy / cycles; }));
