@@ -244,7 +244,8 @@ def test_a_closed_loop_that_refuses_stiffer_feet_is_told() -> None:
 def test_foot_control_keeps_its_gains_and_refuses_stiffer_servos() -> None:
     """A suspension that is stable on the servos it was given would shake on stiffer ones."""
     gait = hp.Gait.tripod(stroke=0.05, cycle_time=CYCLE)
-    control = hp.FootControl(gait, suspension=hp.foot_control.VirtualSuspension())
+    suspension = hp.foot_control.VirtualSuspension(frequency=20.0 / 3.0)
+    control = hp.FootControl(gait, suspension=suspension)
     case = hp.Case(hp.Scene(robot()), control, duration=3 * CYCLE, **QUICK)
     found = hp.study.judge_peaks(case)
     row = found.kind("femur")

@@ -435,7 +435,7 @@ def test_the_campaign_finds_bare_errors_of_the_controllers_of_the_package(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     control = hp.FootControl(hp.KinematicControl(GAIT))
-    monkeypatch.setattr(ready_law.ReadyLaw, "joint_angles", lambda *_: {}["angles"])
+    monkeypatch.setattr(ready_law.ReadyLaw, "set_points", lambda *_: {}["angles"])
 
     def of_the_package(_: Any) -> None:
         hp.simulate(SCENE, control, duration=0.01)
