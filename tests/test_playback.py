@@ -170,13 +170,16 @@ def test_cylinders_lie_along_z() -> None:
 
 
 def test_bodies_without_primitives_become_sticks() -> None:
-    """Without visuals each link is drawn from its joint to the next and to its foot."""
+    """Without visuals each link is drawn from its joint to the next and to its foot.
+
+    The trunk is a box around its hips, too.
+    """
     text = re.sub(r"<visual>.*?</visual>", "", URDF.read_text(), flags=re.S)
     mesh = '<visual><geometry><mesh filename="package://x/y.stl"/></geometry></visual>'
     text = text.replace('<link name="lf_coxa">', f'<link name="lf_coxa">{mesh}')
     trace = synthetic_trace(duration=0.1, urdf=text)
     paths = [c["path"] for c in scene_commands(trace) if c["type"] == "set_object"]
-    assert len([path for path in paths if "/robot/root_joint/" in path]) == 6
+    assert len([path for path in paths if "/robot/root_joint/" in path]) == 7
     assert len([path for path in paths if "/robot/lf_coxa_joint/" in path]) == 1
     assert len([path for path in paths if "/robot/lf_tibia_joint/" in path]) == 2
 

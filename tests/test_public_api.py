@@ -123,10 +123,10 @@ except SystemExit as end:
     assert end.code == 0
 sys.stdout = stdout"""
     )
-    rooms = "control.foot_control drive.catalog study.sweep study.selection study.runs.store view"
+    rooms = "control.foot_control study.sweep study.selection study.runs.store view"
     others = tuple(f"hexapod_pin.{room}" for room in rooms.split())
     assert not [name for name in loaded if name.startswith(others)]
-    assert not loaded & {*VIEWERS, "scipy", "rich", "sqlite3", "ssl"}
+    assert not loaded & {*VIEWERS, "rich", "sqlite3", "ssl"}
 
 
 def test_a_name_that_a_stub_takes_from_another_package_stands_in_its_stub_too():

@@ -162,7 +162,7 @@ def test_long_chain_is_refused(tmp_path: Path) -> None:
 
 
 def notes(text: str) -> str:
-    findings, found = check_urdf(parse_urdf(text.encode(), "test"))
+    findings, found, _ = check_urdf(parse_urdf(text.encode(), "test"))
     assert findings == []
     return "\n".join(found)
 
