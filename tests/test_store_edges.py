@@ -30,7 +30,7 @@ from hexapod_pin.errors import (
     SweepStoreError,
     WorkersError,
 )
-from hexapod_pin.study.runs import SweepResult, run_sweep, store_guard, store_lock
+from hexapod_pin.study.runs import SweepResult, run_sweep, store_file, store_guard, store_lock
 from hexapod_pin.study.runs import runner as runner_module
 from hexapod_pin.study.runs import store as store_module
 from hexapod_pin.study.runs.outcome import Outcome
@@ -251,6 +251,19 @@ def test_what_takes_the_name_of_the_store_in_between_is_left_alone(
     assert isinstance(_raised(lambda: run_sweep(STUDY, store)), SweepStoreError)
     precious.require_untouched(2 if thing == "hard link" else 1)
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.db", "precious"]
+
+
+def test_a_dropped_connection_is_not_taken_for_an_open_one(tmp_path: Path) -> None:
+    """Its inode's number is free for another file, which then was not held while it was opened."""
+    store = tmp_path / "a.db"
+    with SweepStore(store, STUDY):
+        pass
+    before = +store_file._open_here
+    connection = store_file.connect(store, write=True)
+    assert sum(store_file._open_here.values()) == sum(before.values()) + 1
+    del connection
+    gc.collect()
+    assert +store_file._open_here == before
 
 
 def test_what_takes_a_name_during_a_sweep_is_left_alone(tmp_path: Path) -> None:

@@ -78,6 +78,13 @@ class StoreConnection(sqlite3.Connection):
     def close(self) -> None:
         """Close the connection."""
         super().close()
+        self._forget()
+
+    def __del__(self) -> None:
+        """Forget a connection that is dropped, whose inode's number another file may get."""
+        self._forget()
+
+    def _forget(self) -> None:
         with _guard:
             if self.key is not None:
                 _open_here[self.key] -= 1
@@ -85,7 +92,7 @@ class StoreConnection(sqlite3.Connection):
 
 
 _open_here: Counter[tuple[int, int]] = Counter()
-_guard = threading.Lock()
+_guard = threading.RLock()  # a connection may be dropped while another is opened
 
 
 def connect(path: Path, *, write: bool) -> StoreConnection:

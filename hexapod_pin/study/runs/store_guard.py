@@ -186,9 +186,10 @@ def _beside(path: Path, ending: str) -> Path:
 def is_same(path: Path, found: os.stat_result) -> bool:
     """Tell whether a path still names a file itself, and not a link to it."""
     try:
-        return os.path.samestat(os.lstat(path), found)
+        now = os.lstat(path)
     except OSError:
         return False
+    return stat.S_ISREG(now.st_mode) and os.path.samestat(now, found)
 
 
 def refused(path: Path, error: Exception) -> SweepStoreError:
