@@ -258,6 +258,7 @@ def test_a_dropped_connection_is_not_taken_for_an_open_one(tmp_path: Path) -> No
     store = tmp_path / "a.db"
     with SweepStore(store, STUDY):
         pass
+    gc.collect()  # of other tests
     before = +store_file._open_here
     connection = store_file.connect(store, write=True)
     assert sum(store_file._open_here.values()) == sum(before.values()) + 1
