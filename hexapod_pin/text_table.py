@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
+
+WIDTH = 80
+"""Of a terminal: longest line that is not part of a table [characters]."""
 
 Cell = str | float | None
 """A text stands as it is; a number is written in its table's format."""
@@ -103,6 +107,19 @@ def labelled(
 def indented(lines: Sequence[str]) -> list[str]:
     """Return lines that stand in by two spaces."""
     return [f"  {line}" for line in lines]
+
+
+def folded(text: str, indent: str = "") -> list[str]:
+    """Return a text in lines of at most `WIDTH` characters, broken between words.
+
+    Args:
+        text: one paragraph.
+        indent: of the first line; those that follow stand in by as much again.
+    """
+    return textwrap.wrap(
+        text, WIDTH, initial_indent=indent, subsequent_indent=2 * indent,
+        break_long_words=False, break_on_hyphens=False,
+    )  # fmt: skip
 
 
 def escaped(text: str) -> str:

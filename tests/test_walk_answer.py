@@ -14,7 +14,8 @@ from hexapod_pin.ground.terrain import Ramp
 from hexapod_pin.results.ground_obstacle import SPACING, Obstacle, find_obstacle
 from hexapod_pin.results.sizing import joint_demand, motor_budget
 from hexapod_pin.results.sizing.lightest import lightest_motors
-from hexapod_pin.results.walk_answer import WIDTH, rounded, walk_answer
+from hexapod_pin.results.walk_answer import rounded, walk_answer
+from hexapod_pin.text_table import WIDTH
 
 WALK = (*"--gait tripod --cycle-time 0.8 --stroke 0.05 --no-html".split(),)
 
@@ -237,7 +238,7 @@ def test_a_refused_file_is_grouped_and_ends_with_the_next_command(run: Run, tmp_
     done = run("walk", "slow.urdf", *WALK)
     lines = done.err.splitlines()
     assert done.status == 2 and max(map(len, lines)) <= WIDTH and len(lines) <= 6
-    assert "18 joints ('lf_coxa_joint', " in done.err and "zero velocity" in " ".join(
+    assert "18 joints: 'lf_coxa_joint', " in done.err and "zero velocity" in " ".join(
         done.err.split()
     )
     assert lines[-1] == "next: hexapod-pin walk slow.urdf --repair"
@@ -256,3 +257,12 @@ def test_without_a_command_there_is_what_to_type(run: Run) -> None:
     assert named == {"walk", "select", "compare", "sweep", "view"}
     listed = run("--help").out
     assert all(f"  {name} " in listed for name in named)
+
+
+def test_json_stands_alone_on_stdout(run: Run) -> None:
+    """Also where a case is saved, whose path goes to stderr."""
+    done = run("walk", "kharagpur", *WALK, "--quick", "--json", "--save-case", "c.toml")
+    data = json.loads(done.out)
+    assert done.status == 0 and "c.toml" in done.err
+    assert data["good"] and data["answer"][0].startswith("kharagpur walks")
+    assert [Path(name).name for name in data["files"]] == ["walk.nc"]

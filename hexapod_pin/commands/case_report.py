@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hexapod_pin.commands.cure_trial import try_cure
-from hexapod_pin.commands.repair_trial import try_repaired
 from hexapod_pin.commands.terminal import echo
+from hexapod_pin.commands.trials import try_cure, try_repaired
 from hexapod_pin.results.run_facts import events_text
+from hexapod_pin.text_table import WIDTH, folded
 
 if TYPE_CHECKING:
     from hexapod_pin.drive.catalog import MotorRecord
@@ -147,8 +147,6 @@ def _print_json(
 
 def print_doubts(trace: Trace, more: Sequence[str], shown: Shown) -> None:
     """Print on what the numbers rest: the run's error where it is too large, what is assumed."""
-    from hexapod_pin.results.walk_answer import folded
-
     count = len(trace.run.assumed)
     if trace.error is not None and not trace.accuracy_kept:
         more = [*more, f"positions may be off by {trace.error_estimate:.1e} m or rad: NOT the "
@@ -164,8 +162,6 @@ def _print_rest(
     judged: PeakVerdicts | None, written: Sequence[Path], shown: Shown,
 ) -> None:  # fmt: skip
     """Print what follows the answer: doubts, files, the next command, and what was asked for."""
-    from hexapod_pin.results.walk_answer import WIDTH
-
     print_doubts(trace, more, shown)
     names = ", ".join(map(_near, written))
     following = f"next: {job.following}" if job.following and answer.good else ""

@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-import textwrap
-
 from hexapod_pin.errors import HexapodError, UrdfError
 
-WIDTH = 80
-"""Longest line [characters]."""
-
-SHOWN = 4
-"""Parts that are named for one fault; more are counted."""
+SHOWN = 3
+"""Parts that are named for one fault."""
 
 
 def refusal_text(error: UrdfError, command: str, options: set[str]) -> str:
@@ -21,35 +16,13 @@ def refusal_text(error: UrdfError, command: str, options: set[str]) -> str:
         command: that met it, such as "walk".
         options: that it has.
     """
-    lines = [f"{error.source} is refused:"]
-    for parts, fault in grouped(error.findings):
-        lines += textwrap.wrap(
-            f"{parts}: {fault}" if parts else fault, WIDTH, initial_indent="  ",
-            subsequent_indent="    ", break_long_words=False, break_on_hyphens=False,
-        )  # fmt: skip
-    return "\n".join([*lines, _next_command(error.source, command, options)])
+    from hexapod_pin.robot.urdf_report import folded_texts
+    from hexapod_pin.text_table import folded
 
-
-def grouped(findings: list[str]) -> list[tuple[str, str]]:
-    """Return faults with the parts that have them, each once, in order.
-
-    Args:
-        findings: sentences "part: fault".
-    """
-    places: dict[str, list[str]] = {}
-    for text in findings:
-        place, separator, fault = text.partition(": ")
-        places.setdefault(fault if separator else text, []).append(place if separator else "")
-    return [(_parts([part for part in parts if part]), fault) for fault, parts in places.items()]
-
-
-def _parts(parts: list[str]) -> str:
-    """Return the names of parts, of which only some are written."""
-    if len(parts) <= SHOWN:
-        return ", ".join(parts)
-    kind = parts[0].partition(" ")[0]
-    names = ", ".join(part.partition(" ")[2] for part in parts[: SHOWN - 1])
-    return f"{len(parts)} {kind}s ({names}, ...)"
+    lines = [line for text in folded_texts(error.findings, SHOWN) for line in folded(text, "  ")]
+    return "\n".join(
+        [f"{error.source} is refused:", *lines, _next_command(error.source, command, options)]
+    )
 
 
 def _next_command(source: str, command: str, options: set[str]) -> str:

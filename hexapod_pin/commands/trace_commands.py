@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from hexapod_pin.commands.case_report import Shown
     from hexapod_pin.results.peak_verdict import PeakVerdicts
     from hexapod_pin.results.sizing import MotorRanking
+    from hexapod_pin.results.torque_budget import TorqueBudget
     from hexapod_pin.results.trace import Trace
     from hexapod_pin.results.walk_answer import WalkAnswer
 
@@ -57,6 +58,7 @@ def budget(
     from hexapod_pin.commands.case_report import Shown, exit_by, verdict_on_peaks
     from hexapod_pin.drive.catalog import load_catalog
     from hexapod_pin.results.sizing import motor_ranking
+    from hexapod_pin.results.torque_budget import torque_budget
     from hexapod_pin.results.trace_file import load_trace
     from hexapod_pin.results.walk_answer import walk_answer
 
@@ -70,10 +72,11 @@ def budget(
     if record is None and (catalog or catalog_file is not None or voltage is not None):
         chosen = rows if voltage is None else rows.at(voltage)
         ranking = motor_ranking(run, chosen, source=rows.source)
+    found = answer.budget or torque_budget(run)  # which says why there is none
     if json:
-        _print_budget_json(run, answer, judged, ranking)
+        _print_budget_json(found, answer, judged, ranking)
     else:
-        _print_budget(run, answer, judged, ranking, shown)
+        _print_budget(run, found, answer, judged, ranking, shown)
     exit_by(answer)
 
 
@@ -81,30 +84,23 @@ def budget(
 
 
 def _print_budget_json(
-    trace: Trace, answer: WalkAnswer, judged: PeakVerdicts | None, ranking: MotorRanking | None
-) -> None:
+    budget: TorqueBudget, answer: WalkAnswer, judged: PeakVerdicts | None,
+    ranking: MotorRanking | None,
+) -> None:  # fmt: skip
     """Print the budget, the verdict on its peaks, and motors, as JSON."""
-    from hexapod_pin.results.torque_budget import torque_budget
-
     motors = answer.motor or ranking
     parts = {"verdict": judged, "motors": motors}
     more = {name: part.to_dict() for name, part in parts.items() if part is not None}
-    echo(torque_budget(trace).to_json(**more))
+    echo(budget.to_json(**more))
 
 
 def _print_budget(
-    trace: Trace, answer: WalkAnswer, judged: PeakVerdicts | None, ranking: MotorRanking | None,
-    shown: Shown,
+    trace: Trace, found: TorqueBudget, answer: WalkAnswer, judged: PeakVerdicts | None,
+    ranking: MotorRanking | None, shown: Shown,
 ) -> None:  # fmt: skip
-    """Print the answer, and what was asked for besides.
-
-    Raises:
-        ParameterError: the run holds no whole cycle.
-    """
+    """Print the answer, and what was asked for besides."""
     from hexapod_pin.commands.case_report import print_doubts, print_parts
-    from hexapod_pin.results.torque_budget import torque_budget
 
-    found = torque_budget(trace)
     echo("\n".join(answer.lines()))
     if ranking is not None and not shown.full:
         echo("\n" + "\n".join(ranking.short_lines()))

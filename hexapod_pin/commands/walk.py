@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -205,6 +206,7 @@ def walk(
     from hexapod_pin.commands.case_report import CaseToReport, Shown, length_of, run_and_report
     from hexapod_pin.commands.output_files import PAGES, writable, writable_trace
     from hexapod_pin.control.feasible_gait import default_gait, fit_gait
+    from hexapod_pin.control.gait_refusal import leg_clearance
     from hexapod_pin.control.kinematic import KinematicControl
     from hexapod_pin.drive.servo import Servo
     from hexapod_pin.errors import ParameterError
@@ -266,7 +268,7 @@ def walk(
     if duration is None:
         case = until_steady(case)
     if case_path is not None:
-        echo(f"wrote {case.save(case_path)}")
+        echo(f"wrote {case.save(case_path)}", err=json)
 
     def repaired() -> Case:
         mended = load_robot(robot, options=options.model_copy(update={"repair": True}))
@@ -275,12 +277,13 @@ def walk(
     def changed(name: str, value: float) -> Case:
         return replace(case, controller=KinematicControl(chosen.with_changes(**{name: value})))
 
+    near = leg_clearance(loaded, chosen).notes
     doubtful = bool(loaded.doubts) and not options.repair
     job = CaseToReport(
         case=case,
         title=f"walking {length_of(case)}",
-        about=[*_plan_lines(loaded, fitted), *posture_lines, *motors.lines],
-        remarks=[*_remarks(loaded, fitted), *posture_lines[:1]],
+        about=[*_plan_lines(loaded, fitted, near), *posture_lines, *motors.lines],
+        remarks=[*_remarks(loaded, fitted, near), *posture_lines[:1]],
         motor=motors.record,
         repaired=repaired if doubtful else None,
         changed=changed,
@@ -298,10 +301,9 @@ def _number_or_share(text: str | None) -> float | str | None:
         return text
 
 
-def _plan_lines(robot: Robot, fitted: FittedGait) -> list[str]:
-    """Return what walks and how, what the loader changed, and legs that nearly meet."""
+def _plan_lines(robot: Robot, fitted: FittedGait, near: Sequence[str]) -> list[str]:
+    """Return what walks and how, what the loader changed, and legs that come near each other."""
     from hexapod_pin.control.feasible_gait import DEFAULT, GIVEN
-    from hexapod_pin.control.gait_refusal import leg_clearance
     from hexapod_pin.robot.urdf_report import folded_texts
 
     gait = fitted.gait
@@ -318,17 +320,16 @@ def _plan_lines(robot: Robot, fitted: FittedGait) -> list[str]:
     lines = {
         "repaired": robot.repaired,
         "inferred": robot.inferred,
-        "note": (*robot.notes, *leg_clearance(robot, gait).notes),
+        "note": (*robot.notes, *near),
     }
     for kind, texts in lines.items():
         found += [f"{kind}: {text}" for text in folded_texts(texts)]
     return found
 
 
-def _remarks(robot: Robot, fitted: FittedGait) -> list[str]:
+def _remarks(robot: Robot, fitted: FittedGait, near: Sequence[str]) -> list[str]:
     """Return where the gait is not the usual one, or the file was changed, a few words each."""
     from hexapod_pin.control.feasible_gait import DEFAULT, GIVEN
-    from hexapod_pin.control.gait_refusal import leg_clearance
 
     gait = fitted.gait
     chosen = {
@@ -337,7 +338,7 @@ def _remarks(robot: Robot, fitted: FittedGait) -> list[str]:
         f"lift {1e3 * gait.lift:.3g} mm": fitted.lift,
     }
     found = [f"{what} ({why})" for what, why in chosen.items() if why not in (DEFAULT, GIVEN)]
-    found += leg_clearance(robot, gait).notes[:1]
+    found += near[:1]
     if robot.repaired:
         found.append(f"{len(robot.repaired)} repairs (--full)")
     return found

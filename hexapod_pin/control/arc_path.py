@@ -192,7 +192,7 @@ class ArcPath(WalkSchedule, Immutable):
         return first + travel * h, travel * dh / length
 
     def _move(self, s: Array) -> tuple[Array, Array]:
-        """Return a move from 0 to 1 in the way of the profile, and its derivative."""
+        """Return a move from 0 to 1 as the profile has it, and its derivative."""
         if self.profile == "velocity-step":
             return velocity_step(s, self.ramp_share)[:2]
         return adams_step(s)[:2]

@@ -418,7 +418,7 @@ def _lift(walk: ArcWalk, sense: float, mean: float) -> MotionFunction:
 def _move(
     walk: ArcWalk, start: float, end: float, initial: float, final: float
 ) -> Step | VelocityStep:
-    """Return a move between two angles [rad] and times [s] in the way of the walk's profile."""
+    """Return a move between two angles [rad] and times [s] as the walk's profile has it."""
     if walk.profile != "velocity-step":
         return Step(start=start, end=end, initial=initial, final=final)
     return VelocityStep(

@@ -7,7 +7,6 @@ rounded to what the run's own error leaves of them.
 from __future__ import annotations
 
 import math
-import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -28,7 +27,7 @@ from hexapod_pin.results.stability import stability
 from hexapod_pin.results.torque_budget import TorqueBudget, torque_budget
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.walk_verdict import WalkVerdict, walk_verdict
-from hexapod_pin.text_table import Cell, Table
+from hexapod_pin.text_table import WIDTH, Cell, Table, folded
 
 DIGITS = 3
 """Significant digits of a number that is exact, at most."""
@@ -38,9 +37,6 @@ VOLTAGE = 12.0
 
 NO_LIMIT = "nothing at a limit"
 """Left out where the line has no room for it."""
-
-WIDTH = 80
-"""Longest line [characters]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -171,12 +167,12 @@ def walk_answer(
         >>> print("\n".join(answer.lines()))
     """
     supply = voltage or (record.voltage if record is not None else None) or VOLTAGE
-    budget, too_short = None, ""
+    verdict, budget, too_short = walk_verdict(trace), None, ""
     try:
         budget = torque_budget(trace)
     except ParameterError as error:
         too_short = f"no torque table: {error}"
-        if (needs := trace_needs(trace)) is not None:
+        if (needs := verdict.needs) is not None:
             too_short = (
                 f"No cycle of steady walking is in it, so it is no verdict: simulate "
                 f"{needs:.4g} s or more (--duration {needs:.4g})."
@@ -184,18 +180,7 @@ def walk_answer(
     motor, lightest = None, dict[str, LightestMotor | None]()
     if budget is not None:
         motor, lightest = _motors(trace, record, supply)
-    return WalkAnswer(
-        walk_verdict(trace), budget, too_short, _margin(trace), motor, lightest, supply
-    )
-
-
-def trace_needs(trace: Trace) -> float | None:
-    """Return the shortest duration that holds a whole cycle [s], where this run is shorter."""
-    walk, summary = trace.run.walk, trace.gathered
-    if walk.cycle_time is None or (summary is not None and summary.cycles):
-        return None
-    least = walk.steady_from + walk.cycle_time
-    return least if float(trace.time[-1]) < least else None
+    return WalkAnswer(verdict, budget, too_short, _margin(trace), motor, lightest, supply)
 
 
 def _motors(
@@ -332,10 +317,3 @@ def rounded(value: float, error: float | None = None) -> str:
     if error is not None and error > 0.0 and math.isfinite(error):
         places = min(places, -math.floor(math.log10(error)))
     return f"{round(value, places):.{max(0, places)}f}"
-
-
-def folded(text: str, width: int = WIDTH) -> list[str]:
-    """Return a text in lines of at most `width` characters, broken between words."""
-    return (
-        textwrap.wrap(text, width, break_long_words=False, break_on_hyphens=False) if text else []
-    )

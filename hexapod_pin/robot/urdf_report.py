@@ -120,13 +120,18 @@ def recognised_lines(report: UrdfReport) -> list[str]:
     ]
 
 
-def folded_texts(texts: Sequence[str]) -> list[str]:
-    """Return sentences "part: fault", those of several parts with the same fault as one."""
+def folded_texts(texts: Sequence[str], most: int | None = None) -> list[str]:
+    """Return sentences "part: fault", those of several parts with the same fault as one.
+
+    Args:
+        texts: the sentences.
+        most: parts that are named for one fault; None: all.
+    """
     places: dict[str, list[str]] = {}
     for text in texts:
         place, separator, fault = text.partition(": ")
         places.setdefault(fault if separator else text, []).append(place if separator else "")
-    return [f"{places_text(parts)}: {fault}" if any(parts) else fault
+    return [f"{places_text(parts, most)}: {fault}" if any(parts) else fault
             for fault, parts in places.items()]  # fmt: skip
 
 

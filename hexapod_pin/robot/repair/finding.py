@@ -98,13 +98,19 @@ def finding_lines(findings: Iterable[Finding]) -> list[str]:
     return [line for block in folded(findings) for line in _block(block)]
 
 
-def places_text(places: Sequence[str]) -> str:
-    """Return places of one kind as a count and their names; others one after another."""
+def places_text(places: Sequence[str], most: int | None = None) -> str:
+    """Return places of one kind as a count and their names; others one after another.
+
+    Args:
+        places: such as "link 'tibia_1'".
+        most: names that are written; None: all.
+    """
     kinds = {place.partition(" ")[0] for place in places}
     if len(places) == 1 or len(kinds) > 1:
         return ", ".join(places)
-    names = ", ".join(place.partition(" ")[2] for place in places)
-    return f"{len(places)} {kinds.pop()}s: {names}"
+    names = [place.partition(" ")[2] for place in places]
+    left = [] if most is None or len(names) <= most else ["..."]
+    return f"{len(places)} {kinds.pop()}s: {', '.join([*names[:most], *left])}"
 
 
 def _block(block: FoldedFinding) -> list[str]:
