@@ -3,7 +3,11 @@
 from .catalog import Catalog as Catalog
 from .catalog import MotorRecord as MotorRecord
 from .catalog import load_catalog as load_catalog
+from .catalog.identified import IdentifiedDrive as IdentifiedDrive
+from .catalog.identified import identified_drive as identified_drive
+from .catalog.identified import identified_drives as identified_drives
 from .catalog.motor_record import Derating as Derating
+from .gear_friction import GearFriction as GearFriction
 from .joint_stops import JointStops as JointStops
 from .motor import Motor as Motor
 from .servo import Servo as Servo

@@ -7,10 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from hexapod_pin.arrays import Array
     from hexapod_pin.drive.joint_stops import JointStops
+    from hexapod_pin.drive.motor import Motor
     from hexapod_pin.drive.servo import Servo
     from hexapod_pin.native import DriveLaw
+    from hexapod_pin.native import GearFriction as NativeGearFriction
     from hexapod_pin.robot.robot import Robot
 
 
@@ -36,12 +40,35 @@ def drive_law(robot: Robot, servo: Servo, stops: JointStops) -> DriveLaw:
         kp=kp, kd=kd, cap=torque_cap(robot, servo), line_torque=line, line_slope=slope,
         damping=damping, friction=friction, lower=np.array(robot.lower, dtype=float),
         upper=np.array(robot.upper, dtype=float), stop_stiffness=stops.stiffnesses(robot),
-        stop_dissipation=stops.dissipation,
+        stop_dissipation=stops.dissipation, gear=_gears(motors),
     )  # fmt: skip
 
 
+def _gears(motors: Sequence[Motor | None]) -> list[NativeGearFriction]:
+    """Return the gear friction of every joint in the core's form; none where no joint has any."""
+    from hexapod_pin import native
+
+    if not any(motor and motor.gear_friction for motor in motors):
+        return []
+    return [
+        motor.gear_friction.native(motor.viscous_friction)
+        if motor and motor.gear_friction
+        else native.GearFriction()
+        for motor in motors
+    ]
+
+
+def has_dry_friction(robot: Robot, servo: Servo) -> bool:
+    """Return whether any joint has dry friction, of URDF, motor or gear."""
+    gears = any(motor and motor.gear_friction for motor in servo.motors(robot))
+    return bool(gears or dry_friction(robot, servo).any())
+
+
 def dry_friction(robot: Robot, servo: Servo) -> Array:
-    """Return the level of dry friction of each joint, of URDF and motor (n,) [N m]."""
+    """Return the level of Coulomb friction of each joint, of URDF and motor (n,) [N m].
+
+    The gear's friction, which depends on the load, is not in it.
+    """
     own = [motor.dry_friction if motor else 0.0 for motor in servo.motors(robot)]
     level: Array = np.array(robot.friction) + own
     return level

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from pydantic import NonNegativeFloat, PositiveFloat, model_serializer
 
+from hexapod_pin.drive.gear_friction import GearFriction
 from hexapod_pin.spec import Spec
 
 if TYPE_CHECKING:
@@ -17,7 +18,10 @@ class Motor(Spec):
 
     Its torque tau lies between the lines -U T0 - T0 v / v0 and U T0 - T0 v / v0 in the joint's rate
     v, T0 the stall torque, v0 the no-load speed, U the voltage ratio: beyond the no-load speed it
-    can only brake. Losses of the gear other than friction are not modelled.
+    can only brake. The gear loses what its friction takes: `dry_friction`, the same at any load,
+    and `gear_friction`, which grows with the load. A line from a data sheet is measured behind the
+    gear and has its losses in it; one with `gear_friction` must be the motor's own
+    (`hp.drive.identified_drive`).
 
     Attributes:
         stall_torque: T0, at the joint, at the rated voltage [N m].
@@ -29,6 +33,7 @@ class Motor(Spec):
         viscous_friction: of motor and gear, at the joint, added to the URDF's [N m s/rad].
         dry_friction: Coulomb friction of motor and gear, at the joint, added to the URDF's [N m].
         peak_torque: largest torque at any speed, at the joint [N m]; None: no limit of its own.
+        gear_friction: dry friction that depends on load and speed, beside `dry_friction`.
     """
 
     stall_torque: PositiveFloat
@@ -39,6 +44,7 @@ class Motor(Spec):
     viscous_friction: NonNegativeFloat = 0.0
     dry_friction: NonNegativeFloat = 0.0
     peak_torque: PositiveFloat | None = None
+    gear_friction: GearFriction | None = None
 
     @property
     def armature(self) -> float:

@@ -234,7 +234,8 @@ class Servo(Spec):
         """Read a motor or a mapping of motors; a mapping's values are motors or tables."""
         if not isinstance(value, Mapping):
             return value
-        if any(isinstance(part, Motor | Mapping) for part in value.values()):
+        parts = [part for name, part in value.items() if name != "gear_friction"]
+        if any(isinstance(part, Motor | Mapping) for part in parts):
             return {k: Motor(**m) if isinstance(m, Mapping) else m for k, m in value.items()}
         return Motor(**value)
 

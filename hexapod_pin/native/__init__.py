@@ -14,6 +14,7 @@ from hexapod_pin.native._core import ForceSource as ForceSource
 from hexapod_pin.native._core import FrictionKind as FrictionKind
 from hexapod_pin.native._core import FrictionLaw as FrictionLaw
 from hexapod_pin.native._core import FrictionMode as FrictionMode
+from hexapod_pin.native._core import GearFriction as GearFriction
 from hexapod_pin.native._core import LeastTorque as LeastTorque
 from hexapod_pin.native._core import LegChain as LegChain
 from hexapod_pin.native._core import LegSearch as LegSearch

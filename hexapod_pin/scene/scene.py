@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import digest
-from hexapod_pin.drive.drive_law import dry_friction
+from hexapod_pin.drive.drive_law import has_dry_friction
 from hexapod_pin.drive.joint_stops import JointStops
 from hexapod_pin.drive.servo import Servo
 from hexapod_pin.errors import ParameterError
@@ -180,7 +180,7 @@ class Scene(Immutable):
         """
         if self.prescribed or self.sensitive:
             return False
-        return not dry_friction(self.robot, self.servos).any()
+        return not has_dry_friction(self.robot, self.servos)
 
     @property
     def assumed(self) -> tuple[str, ...]:

@@ -3,6 +3,7 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
 
 #include <stdexcept>
 
@@ -21,12 +22,15 @@ namespace {
 DriveLaw make_drive(const VectorXd& kp, const VectorXd& kd, const VectorXd& cap,
                     const VectorXd& line_torque, const VectorXd& line_slope, const VectorXd& damping,
                     const VectorXd& friction, const VectorXd& lower, const VectorXd& upper,
-                    const VectorXd& stop_stiffness, double stop_dissipation) {
+                    const VectorXd& stop_stiffness, double stop_dissipation,
+                    const std::vector<GearFriction>& gear) {
   for (const VectorXd* x : {&kd, &cap, &line_torque, &line_slope, &damping, &friction, &lower, &upper,
                             &stop_stiffness})
     if (x->size() != kp.size()) throw std::invalid_argument("one drive entry per joint needed");
+  if (!gear.empty() && Eigen::Index(gear.size()) != kp.size())
+    throw std::invalid_argument("one gear per joint, or none, needed");
   return {kp, kd, cap, line_torque, line_slope, damping, friction,
-          {lower, upper, stop_stiffness, stop_dissipation}};
+          {lower, upper, stop_stiffness, stop_dissipation}, gear};
 }
 
 void bind_drive(nb::module_& m) {
@@ -52,6 +56,28 @@ void bind_drive(nb::module_& m) {
       .def_rw("limit", &DriveMode::limit)
       .def_rw("stop", &DriveMode::stop)
       .def_rw("friction", &DriveMode::friction);
+  const auto response = [](const GearResponse& r) {
+    return std::make_tuple(r.friction, r.per_torque, r.per_speed);
+  };
+  nb::class_<GearFriction>(m, "GearFriction")
+      .def(nb::init<>())
+      .def_rw("coulomb", &GearFriction::coulomb)
+      .def_rw("stribeck", &GearFriction::stribeck)
+      .def_rw("motor", &GearFriction::motor)
+      .def_rw("load", &GearFriction::load)
+      .def_rw("motor_stribeck", &GearFriction::motor_stribeck)
+      .def_rw("load_stribeck", &GearFriction::load_stribeck)
+      .def_rw("motor_quadratic", &GearFriction::motor_quadratic)
+      .def_rw("load_quadratic", &GearFriction::load_quadratic)
+      .def_rw("stribeck_speed", &GearFriction::stribeck_speed)
+      .def_rw("stribeck_exponent", &GearFriction::stribeck_exponent)
+      .def_rw("viscous", &GearFriction::viscous)
+      .def("under_motor", [response](const GearFriction& gear, double torque, double speed) {
+        return response(gear.under_motor(torque, speed));
+      }, "torque"_a, "speed"_a, "(F, dF/dtorque, dF/dspeed) under a motor torque along the motion")
+      .def("under_load", [response](const GearFriction& gear, double torque, double speed) {
+        return response(gear.under_load(torque, speed));
+      }, "torque"_a, "speed"_a, "(F, dF/dtorque, dF/dspeed) under a load along the motion");
   nb::class_<DriveLaw>(m, "DriveLaw")
       .def("demand", &DriveLaw::demand, "joint"_a, "error"_a, "rate_error"_a, "torque_ref"_a)
       .def("motor_torque", &DriveLaw::motor_torque, "joint"_a, "demand"_a, "rate"_a)
@@ -62,9 +88,12 @@ void bind_drive(nb::module_& m) {
         return std::make_tuple(t.torque, t.stiffness, t.damping);
       }, "joint"_a, "mode"_a, "angle"_a, "rate"_a, "demand"_a, "(torque, -d/dangle, -d/drate) in a mode")
       .def("switches", &DriveLaw::switches, "joint"_a, "mode"_a, "angle"_a, "rate"_a, "demand"_a,
-           "holding"_a, "Above zero inside the mode.");
+           "holding"_a, "Above zero inside the mode.")
+      .def("resistance_to", &DriveLaw::resistance_to, "joint"_a, "left"_a, "rate"_a,
+           "What friction and damping take of the motor's torque, given what is left of it.");
   m.def("drive_law", &make_drive, "kp"_a, "kd"_a, "cap"_a, "line_torque"_a, "line_slope"_a, "damping"_a,
         "friction"_a, "lower"_a, "upper"_a, "stop_stiffness"_a, "stop_dissipation"_a,
+        "gear"_a = std::vector<GearFriction>(),
         "Drives of all joints, an entry for each.");
 }
 

@@ -2,14 +2,16 @@
 // a line in the joint's speed, viscous and dry friction, stops. Pure functions of one joint's state.
 //   demand = kp (q_ref - q) + kd (v_ref - v) + torque_ref
 //   motor  = demand, clamped to the lines +-line_torque - line_slope v, then to +-cap
-//   joint  = motor - damping v - friction sign(v) + stop
+//   joint  = motor - damping v - (friction + gear friction) sign(v) + stop
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <vector>
 
+#include "laws/gear_friction.hpp"
 #include "laws/joint_stops.hpp"
 #include "laws/vectors.hpp"
 
@@ -52,13 +54,20 @@ struct DriveLaw {
   VectorXd damping;      // viscous, of joint and motor, N m s/rad
   VectorXd friction;     // level of dry friction, N m; 0: none
   JointStops stops;
+  std::vector<GearFriction> gear;  // of each joint, beside `friction`; empty: none
 
   // Relative excess over the limit [-] that a solve's round-off may leave.
   static constexpr double kLimitSlack = 1e-12;
   static constexpr int kSwitches = 7;
 
   int joints() const { return int(kp.size()); }
-  bool dry() const { return friction.size() > 0 && friction.maxCoeff() > 0.0; }
+  bool dry() const {
+    for (int j = 0; j < joints(); ++j)
+      if (has_friction(j)) return true;
+    return false;
+  }
+  bool has_gear(int joint) const { return !gear.empty() && gear[std::size_t(joint)].present(); }
+  bool has_friction(int joint) const { return friction[joint] > 0.0 || has_gear(joint); }
 
   // From now on the joint's drive gives no torque; its friction and its stops stay.
   void disable(int joint) {
@@ -132,15 +141,43 @@ struct DriveLaw {
     return mode == LimitMode::upper_line || mode == LimitMode::lower_line ? line_slope[joint] : 0.0;
   }
 
-  // Of a joint that moves; 0 of one that is stuck, which takes what holds it.
-  double dry_torque(int joint, FrictionMode mode) const {
-    if (mode == FrictionMode::forward) return -friction[joint];
-    return mode == FrictionMode::backward ? friction[joint] : 0.0;
+  // Of a joint that moves, under the motor's torque; 0 of one that is stuck, which takes what holds it.
+  double dry_torque(int joint, FrictionMode mode, double motor, double rate) const {
+    if (mode == FrictionMode::forward) return -(friction[joint] + gear_response(joint, mode, motor, rate).friction);
+    if (mode == FrictionMode::backward) return friction[joint] + gear_response(joint, mode, motor, rate).friction;
+    return 0.0;
+  }
+
+  // Of the gear of a joint that moves; nothing of one that is stuck. Slopes in the motor's torque and in
+  // the rate, counted along the motion: d(dry torque) = -per_torque d(motor) - per_speed d(rate).
+  GearResponse gear_response(int joint, FrictionMode mode, double motor, double rate) const {
+    if (!has_gear(joint) || mode == FrictionMode::none || mode == FrictionMode::stuck) return {};
+    const double sign = mode == FrictionMode::forward ? 1.0 : -1.0;
+    return gear[std::size_t(joint)].under_motor(sign * motor, sign * rate);
+  }
+
+  // The most that friction holds of `holding` [N m] at rest: what it takes once the joint has broken loose.
+  double holding_limit(int joint, double motor, double holding) const {
+    const FrictionMode mode = holding < 0.0 ? FrictionMode::backward : FrictionMode::forward;
+    return friction[joint] + gear_response(joint, mode, motor, 0.0).friction;
   }
 
   // What viscous and dry friction take of the motor's torque at a rate; of dry friction at rest nothing.
-  double resistance(int joint, double rate) const {
-    return damping[joint] * rate - dry_torque(joint, sliding(joint, rate));
+  double resistance(int joint, double motor, double rate) const {
+    return damping[joint] * rate - dry_torque(joint, sliding(joint, rate), motor, rate);
+  }
+
+  // The same, given the torque [N m] that is left of the motor's after it.
+  double resistance_to(int joint, double left, double rate) const {
+    const FrictionMode mode = sliding(joint, rate);
+    const double plain = friction_sign(mode) * friction[joint];
+    if (!has_gear(joint) || mode == FrictionMode::none || mode == FrictionMode::stuck)
+      return damping[joint] * rate + plain;
+    const GearFriction& own = gear[std::size_t(joint)];
+    const double sign = friction_sign(mode);
+    // what the gear passes on turns the joint against its own friction and damping, too
+    const double passed = left + plain + (damping[joint] - own.viscous) * rate;
+    return damping[joint] * rate + plain + sign * own.under_load(-sign * passed, sign * rate).friction;
   }
 
   // Where a state belongs; a joint at rest with dry friction is stuck until what it must hold says
@@ -149,7 +186,7 @@ struct DriveLaw {
     return {limit_mode(joint, demand, rate), stops.mode(joint, angle, rate), sliding(joint, rate)};
   }
   FrictionMode sliding(int joint, double rate) const {
-    if (!(friction[joint] > 0.0)) return FrictionMode::none;
+    if (!has_friction(joint)) return FrictionMode::none;
     if (rate == 0.0) return FrictionMode::stuck;
     return rate > 0.0 ? FrictionMode::forward : FrictionMode::backward;
   }
@@ -158,10 +195,19 @@ struct DriveLaw {
   DriveTorque torque(int joint, const DriveMode& mode, double angle, double rate,
                      double demand) const {
     const StopTorque stop = stops.on(joint, mode.stop, angle, rate);
-    return {torque_on(joint, mode.limit, demand, rate) - damping[joint] * rate +
-                dry_torque(joint, mode.friction) + stop.torque,
-            stiffness_on(joint, mode.limit) + stop.stiffness,
-            damping_on(joint, mode.limit) + damping[joint] + stop.damping};
+    const double motor = torque_on(joint, mode.limit, demand, rate);
+    const GearResponse slopes = gear_response(joint, mode.friction, motor, rate);
+    return {motor - damping[joint] * rate + dry_torque(joint, mode.friction, motor, rate) + stop.torque,
+            stiffness_after(joint, mode.limit, slopes) + stop.stiffness,
+            damping_after(joint, mode.limit, slopes) + damping[joint] + stop.damping};
+  }
+
+  // Slopes of the motor's torque on a piece less the gear's friction.
+  double stiffness_after(int joint, LimitMode mode, const GearResponse& slopes) const {
+    return stiffness_on(joint, mode) * (1.0 - slopes.per_torque);
+  }
+  double damping_after(int joint, LimitMode mode, const GearResponse& slopes) const {
+    return damping_on(joint, mode) * (1.0 - slopes.per_torque) + slopes.per_speed;
   }
 
   // Where the mode ends: numbers above zero inside of it, negative beyond one of its ends. N m, but the
@@ -182,10 +228,18 @@ struct DriveLaw {
       case LimitMode::lower_cap: out[0] = -most - on_line(joint, demand, rate); break;
     }
     stops.switches(joint, mode.stop, angle, rate, out[4], out[5]);
-    if (mode.friction == FrictionMode::stuck) out[6] = friction[joint] - std::abs(holding);
+    if (mode.friction == FrictionMode::stuck) {
+      const double motor = torque_on(joint, mode.limit, demand, rate);
+      out[6] = holding_limit(joint, motor, holding) - std::abs(holding);
+    }
     if (mode.friction == FrictionMode::forward) out[6] = rate;
     if (mode.friction == FrictionMode::backward) out[6] = -rate;
     return out;
+  }
+
+ private:
+  static double friction_sign(FrictionMode mode) {
+    return mode == FrictionMode::forward ? 1.0 : mode == FrictionMode::backward ? -1.0 : 0.0;
   }
 };
 

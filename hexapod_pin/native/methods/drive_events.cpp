@@ -201,7 +201,9 @@ template <class PlantT>
 inline bool DriveEvents<PlantT>::ends(const PlantT& plant, int j) const {
   const DriveMode& now = plant.mode[j];
   if (mode_at(end_, j) != now) return true;
-  return now.stuck() && std::abs(end_.holding[j]) > plant.drive.friction[j];
+  if (!now.stuck()) return false;
+  const double motor = plant.drive.torque_on(j, now.limit, end_.demand[j], end_.rate[j]);
+  return std::abs(end_.holding[j]) > plant.drive.holding_limit(j, motor, end_.holding[j]);
 }
 
 template <class PlantT>

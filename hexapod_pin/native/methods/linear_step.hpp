@@ -92,7 +92,9 @@ class LinearStep {
     find_holding(plant, h, joints);
     for (int j = 0; j < plant.joints(); ++j) {
       FrictionMode& now = mode_[j].friction;
-      const FrictionMode next = next_friction(plant.drive.friction[j], now, v_end_[6 + j], holding_[j]);
+      const double motor = plant.drive.torque_on(j, mode_[j].limit, end_demand(plant, j, h, joints[j]), 0.0);
+      const double limit = plant.drive.holding_limit(j, motor, holding_[j]);
+      const FrictionMode next = next_friction(limit, now, v_end_[6 + j], holding_[j]);
       if (next == now || friction_changes_[j] >= kMaxFrictionChanges) continue;
       now = next;
       ++friction_changes_[j];
@@ -142,7 +144,8 @@ class LinearStep {
           plant.drive.torque_on(j, mode_[j].limit, end_demand(plant, j, h, joints[j]), rate);
       ledger.servo += h * torque * rate;
       ledger.joint_damping += h * plant.drive.damping[j] * rate * rate;
-      if (plant.dry) ledger.joint_damping -= h * plant.drive.dry_torque(j, mode_[j].friction) * rate;
+      if (plant.dry)
+        ledger.joint_damping -= h * plant.drive.dry_torque(j, mode_[j].friction, torque, rate) * rate;
       const StopTorque& stop = plant.stop[j];
       if (stop.stiffness == 0.0) continue;
       at_stop_ = true;
@@ -205,14 +208,16 @@ class LinearStep {
     const DriveLaw& drive = plant.drive;
     const StopTorque& stop = plant.stop[j];
     const LimitMode limit = mode_[j].limit;
-    const double damping = drive.damping[j] + drive.damping_on(j, limit);
-    const double stiffness = stop.stiffness + drive.stiffness_on(j, limit);
     double torque = stop.torque - stop.stiffness * h * rate - drive.damping[j] * rate;
-    torque += drive.torque_on(j, limit, demand_at(plant, j, angle, h * rate, rate), rate);
+    const double motor = drive.torque_on(j, limit, demand_at(plant, j, angle, h * rate, rate), rate);
+    const GearResponse slopes = drive.gear_response(j, mode_[j].friction, motor, rate);
+    const double damping = drive.damping[j] + drive.damping_after(j, limit, slopes);
+    const double stiffness = stop.stiffness + drive.stiffness_after(j, limit, slopes);
+    torque += motor;
     acceleration_[6 + j] += torque;
     plant.system.add_diagonal(j, h * (damping + stop.damping + h * stiffness));
     if (!plant.dry) return;
-    acceleration_[6 + j] += drive.dry_torque(j, mode_[j].friction);
+    acceleration_[6 + j] += drive.dry_torque(j, mode_[j].friction, motor, rate);
     if (!mode_[j].stuck()) return;
     acceleration_[6 + j] -= kLock * (rate / h);
     plant.system.add_diagonal(j, kLock);

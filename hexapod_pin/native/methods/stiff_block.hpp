@@ -40,9 +40,10 @@ class StiffBlock {
     for (int j = 0; j < plant.joints(); ++j) {
       if constexpr (PlantT::kPrescribed) break;
       const DriveMode& mode = plant.mode[j];
-      stiffness_[j] = plant.stop[j].stiffness + plant.drive.stiffness_on(j, mode.limit);
-      damping_[j] =
-          plant.stop[j].damping + plant.drive.damping[j] + plant.drive.damping_on(j, mode.limit);
+      const GearResponse& slopes = plant.gear_slopes[std::size_t(j)];
+      stiffness_[j] = plant.stop[j].stiffness + plant.drive.stiffness_after(j, mode.limit, slopes);
+      damping_[j] = plant.stop[j].damping + plant.drive.damping[j] +
+                    plant.drive.damping_after(j, mode.limit, slopes);
       lock_[j] = mode.stuck();
     }
     chart_.capture(xi.template segment<3>(3));
@@ -132,9 +133,11 @@ class StiffBlock {
     for (int j = 0; j < plant.joints(); ++j) {
       const double turn = shift_[6 + j], change = right_[6 + j], rate = v[6 + j] + change;
       const double wanted = drive.demand_after(j, demand[j], turn, change);
-      ledger.servo += drive.torque_on(j, plant.mode[j].limit, wanted, rate) * rate;
+      const double motor = drive.torque_on(j, plant.mode[j].limit, wanted, rate);
+      ledger.servo += motor * rate;
       ledger.joint_damping += drive.damping[j] * rate * rate;
-      if (plant.dry) ledger.joint_damping -= drive.dry_torque(j, plant.mode[j].friction) * rate;
+      if (plant.dry)
+        ledger.joint_damping -= drive.dry_torque(j, plant.mode[j].friction, motor, rate) * rate;
       ledger.stops -= plant.stop[j].after(turn, change) * rate;
     }
   }

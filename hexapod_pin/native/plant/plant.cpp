@@ -18,7 +18,7 @@ Plant<SystemT>::Plant(const Dynamics& body, std::vector<FootMount> mounts, Conta
     : dynamics(body), tree(body.tree()), mounts(std::move(mounts)), law(law), terrain(std::move(terrain)),
       drive(std::move(drive)), dry(!kPrescribed && this->drive.dry()), system(tree, this->mounts),
       per_foot(this->terrain.max_contacts()), feet(this->mounts.size() * per_foot), stop(tree.nv - 6),
-      mode(tree.nv - 6), holding(VectorXd::Zero(tree.nv - 6)), drive_counters(tree.nv - 6),
+      mode(tree.nv - 6), holding(VectorXd::Zero(tree.nv - 6)), gear_slopes(tree.nv - 6), drive_counters(tree.nv - 6),
       q_local_(VectorXd::Zero(tree.nq)) {
   for (const FootMount& mount : this->mounts) columns_.push_back(system.columns(tree, mount));
   for (std::size_t i = 0; i < feet.size(); ++i) {
@@ -142,8 +142,8 @@ void Plant<SystemT>::find_slipping(const VectorXd& v, const VectorXd& torque, Ve
     acceleration(v, torque, out);
     bool changed = false;
     for (int j = 0; j < joints() && !(changed && pass >= kBlockPasses); ++j) {
-      if (!(drive.friction[j] > 0.0) || v[6 + j] != 0.0) continue;
-      const FrictionMode now = mode[j].friction, next = friction_from_rest(j, out[6 + j]);
+      if (!drive.has_friction(j) || v[6 + j] != 0.0) continue;
+      const FrictionMode now = mode[j].friction, next = friction_from_rest(j, out[6 + j], torque[j]);
       mode[j].friction = next;
       changed |= next != now;
     }
@@ -189,7 +189,7 @@ void Plant<SystemT>::accumulate(EnergyLedger& ledger, const VectorXd& v, const V
   if (dry || kPrescribed)
     for (int j = 0; j < joints(); ++j) {
       const FrictionMode friction = kPrescribed ? drive.sliding(j, v[6 + j]) : mode[j].friction;
-      ledger.joint_damping -= dt * drive.dry_torque(j, friction) * v[6 + j];
+      ledger.joint_damping -= dt * drive.dry_torque(j, friction, torque[j], v[6 + j]) * v[6 + j];
     }
   for (int j = 0; j < joints(); ++j) ledger.stops -= dt * stop[j].torque * v[6 + j];
   for (std::size_t i = 0; i < feet.size(); ++i)
@@ -207,7 +207,8 @@ void Plant<SystemT>::acceleration(const VectorXd& v, const VectorXd& torque, Vec
   system.load(mass_upper());
   if (dry)
     for (int j = 0; j < joints(); ++j) {
-      out[6 + j] += drive.dry_torque(j, mode[j].friction);
+      out[6 + j] += drive.dry_torque(j, mode[j].friction, torque[j], v[6 + j]);
+      gear_slopes[j] = drive.gear_response(j, mode[j].friction, torque[j], v[6 + j]);
       if (mode[j].stuck()) system.add_diagonal(j, kLock);
     }
   system.factor();
@@ -287,11 +288,11 @@ inline void Plant<SystemT>::find_force(Contact& foot, const Vec3& world, double 
 }
 
 template <class SystemT>
-inline FrictionMode Plant<SystemT>::friction_from_rest(int j, double acceleration) const {
+inline FrictionMode Plant<SystemT>::friction_from_rest(int j, double acceleration, double motor) const {
   const FrictionMode now = mode[j].friction;
   if (now == FrictionMode::forward) return acceleration < 0.0 ? FrictionMode::stuck : now;
   if (now == FrictionMode::backward) return acceleration > 0.0 ? FrictionMode::stuck : now;
-  if (!(std::abs(holding[j]) > drive.friction[j])) return now;
+  if (!(std::abs(holding[j]) > drive.holding_limit(j, motor, holding[j]))) return now;
   return holding[j] > 0.0 ? FrictionMode::forward : FrictionMode::backward;
 }
 

@@ -176,6 +176,7 @@ class Plant {
   // Contacts keep pressing or are released, stuck or sliding, and on their patch, as they remember.
   bool pieces_frozen = false;
   VectorXd holding;              // torque that stuck joints must hold, N m
+  std::vector<GearResponse> gear_slopes;  // of each joint's gear friction, as last accelerated
   DriveCounters drive_counters;
   Vec3 ground_velocity = Vec3::Zero();
   long evaluations = 0;
@@ -193,7 +194,7 @@ class Plant {
   void find_force(Contact& foot, const Vec3& world, double implicit_dt);
 
   // What a joint at rest does, by what it must hold or by how it has been found to accelerate.
-  FrictionMode friction_from_rest(int j, double acceleration) const;
+  FrictionMode friction_from_rest(int j, double acceleration, double motor) const;
 
   struct SavedEvaluation {
     Dynamics::Results dynamics;

@@ -24,14 +24,15 @@ template <class PlantT, class Force>
 void reaction_torque(const PlantT& plant, const VectorXd& v, const VectorXd& acceleration,
                      const Force& force, VectorXd& torque) {
   for (int j = 0; j < plant.joints(); ++j)
-    torque[j] = plant.inertial_torque(j, acceleration) + plant.bias()[6 + j] +
-                plant.drive.resistance(j, v[6 + j]);
+    torque[j] = plant.inertial_torque(j, acceleration) + plant.bias()[6 + j];
   for (std::size_t i = 0; i < plant.feet.size(); ++i) {
     if (!plant.feet[i].active) continue;
     const Vec3 f = force(i);
     for (std::size_t k = 0; k < plant.columns(i).size(); ++k)
       torque[Tree::column(plant.columns(i)[k]) - 6] -= plant.feet[i].jl.col(k).dot(f);
   }
+  for (int j = 0; j < plant.joints(); ++j)
+    torque[j] += plant.drive.resistance_to(j, torque[j], v[6 + j]);
 }
 
 // The same under the forces at the evaluated state.
@@ -49,7 +50,7 @@ void add_reaction_work(const PlantT& plant, const VectorXd& v, const VectorXd& t
   for (int j = 0; j < plant.joints(); ++j) {
     const double rate = v[6 + j];
     ledger.servo += dt * torque[j] * rate;
-    ledger.joint_damping += dt * plant.drive.resistance(j, rate) * rate;
+    ledger.joint_damping += dt * plant.drive.resistance(j, torque[j], rate) * rate;
   }
 }
 

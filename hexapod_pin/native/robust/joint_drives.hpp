@@ -34,7 +34,7 @@ class JointDrives {
   template <class Right>
   void load(double weight, const VectorXd& v, Right&& right) {
     for (int j = 0; j < v.size(); ++j) {
-      const JointState& joint = joints_[j];
+      JointState& joint = joints_[j];
       double damping = law_->damping[j] + law_->damping_on(j, joint.limit);
       double stiffness = law_->stiffness_on(j, joint.limit);
       const double angle = q_[j] + h_ * v[j];
@@ -47,7 +47,12 @@ class JointDrives {
         damping += law_->stops.damping(j, joint.beyond);
         stiffness += law_->stops.stiffness[j];
       }
-      if (dry_) torque += law_->dry_torque(j, joint.friction);
+      if (dry_) {
+        linearise_friction(j, demand - law_->kd[j] * v[j], v[j]);
+        torque += joint.dry + joint.dry_damping * v[j];
+        damping += joint.dry_damping;
+        stiffness += joint.dry_stiffness;
+      }
       right[j] += weight * (torque - damping * v[j]);
       diagonal_[j] = weight * (damping + h_ * stiffness);
       if (joint.friction != FrictionMode::stuck) continue;
@@ -79,7 +84,9 @@ class JointDrives {
     bool found = false;
     for (int j = 0; j < rate.size(); ++j) {
       JointState& joint = joints_[j];
-      const FrictionMode next = next_friction(j, rate_end[j], left[j] + passive_torque(j, rate[j]));
+      const double motor = law_->torque_on(j, joint.limit, demand(j, rate[j]), rate[j]);
+      const FrictionMode next =
+          next_friction(j, rate_end[j], left[j] + passive_torque(j, rate[j]), motor);
       if (next == joint.friction || joint.friction_changes >= kMaxFrictionChanges) continue;
       joint.friction = next;
       ++joint.friction_changes;
@@ -94,7 +101,7 @@ class JointDrives {
       const double motor = law_->torque_on(j, joint.limit, demand(j, rate[j]), rate[j]);
       ledger.servo += h_ * motor * rate[j];
       ledger.joint_damping += h_ * law_->damping[j] * rate[j] * rate[j];
-      if (dry_) ledger.joint_damping -= h_ * friction_torque(j) * rate[j];
+      if (dry_) ledger.joint_damping -= h_ * friction_torque(j, rate[j]) * rate[j];
       ledger.stops -= h_ * stop_torque(j, rate[j]) * rate[j];
     }
     if (!switched_ && counters.idle()) return;
@@ -113,6 +120,8 @@ class JointDrives {
     double beyond = 0.0;    // how far beyond its range, signed, rad; 0: no stop
     bool released = false;  // its stop would have pulled
     double holding = 0.0;   // torque left to it while it is stuck, N m
+    // dry friction at the rate at the step's start and its negative slopes, as for a DriveTorque
+    double dry = 0.0, dry_stiffness = 0.0, dry_damping = 0.0, start_rate = 0.0;
   };
 
   double demand(int j, double rate) const {  // at the end of the step
@@ -132,10 +141,21 @@ class JointDrives {
            stop_torque(j, rate);
   }
 
-  double friction_torque(int j) const {
+  double friction_torque(int j, double rate) const {
     const JointState& joint = joints_[j];
-    return joint.friction == FrictionMode::stuck ? -joint.holding
-                                                 : law_->dry_torque(j, joint.friction);
+    if (joint.friction == FrictionMode::stuck) return -joint.holding;
+    return joint.dry - (joint.dry_damping + h_ * joint.dry_stiffness) * (rate - joint.start_rate);
+  }
+
+  // Of a joint that slides, at the demand [N m] that the start's rate gives at the end of the step.
+  void linearise_friction(int j, double demand, double rate) {
+    JointState& joint = joints_[j];
+    const double motor = law_->torque_on(j, joint.limit, demand, rate);
+    const GearResponse slopes = law_->gear_response(j, joint.friction, motor, rate);
+    joint.dry = law_->dry_torque(j, joint.friction, motor, rate);
+    joint.dry_stiffness = law_->stiffness_after(j, joint.limit, slopes) - law_->stiffness_on(j, joint.limit);
+    joint.dry_damping = law_->damping_after(j, joint.limit, slopes) - law_->damping_on(j, joint.limit);
+    joint.start_rate = rate;
   }
 
   bool limit_changes(int j, double rate) {
@@ -147,14 +167,14 @@ class JointDrives {
     return true;
   }
 
-  FrictionMode next_friction(int j, double rate_end, double holding) {
+  FrictionMode next_friction(int j, double rate_end, double holding, double motor) {
     JointState& joint = joints_[j];
     const FrictionMode now = joint.friction;
     if (now == FrictionMode::forward) return rate_end < 0.0 ? FrictionMode::stuck : now;
     if (now == FrictionMode::backward) return rate_end > 0.0 ? FrictionMode::stuck : now;
     if (now == FrictionMode::none) return now;
     joint.holding = holding;
-    if (!(std::abs(holding) > law_->friction[j] * (1.0 + kFrictionSlack))) return now;
+    if (!(std::abs(holding) > law_->holding_limit(j, motor, holding) * (1.0 + kFrictionSlack))) return now;
     return holding > 0.0 ? FrictionMode::forward : FrictionMode::backward;
   }
 

@@ -128,7 +128,7 @@ class RobustStep {
   // Work of the torques that the motion takes.
   void accumulate_reaction(const PlantT& plant, double h, EnergyLedger& ledger) {
     for (int j = 0; j < plant.joints(); ++j)
-      reaction_[j] += plant.drive.resistance(j, velocity_used_[6 + j]);
+      reaction_[j] += plant.drive.resistance_to(j, reaction_[j], velocity_used_[6 + j]);
     add_reaction_work(plant, velocity_used_, reaction_, h, ledger);
   }
 

@@ -1,0 +1,266 @@
+"""Friction of gears by load: the published formula, closed forms, an independent integration."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import numpy as np
+import pytest
+from refusals import refused
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+import hexapod_pin as hp
+from hexapod_pin import native
+from hexapod_pin.drive.drive_law import drive_law, has_dry_friction
+from hexapod_pin.errors import ParameterError, UnknownNameError
+from tests.vehicles import FREE, heavy_leg
+
+INERTIA = 2e-3  # of the light link about its joint, kg m^2
+JOINT = "c_joint"
+MX64 = hp.drive.identified_drive("MX-64")
+M3 = hp.drive.GearFriction(coulomb=0.05, motor=0.2, load=0.2)  # F = 0.05 + 0.2 |e - u|
+METHODS: dict[str, dict[str, Any]] = {
+    "extrapolated-euler": {"accuracy": 1e-6}, "ndf": {"accuracy": 1e-7},
+    "dop853": {"accuracy": 1e-9}, "robust": {"step": 1e-3}, "implicit-euler": {"step": 1e-3},
+    "rk4": {"step": 1e-3},
+}  # fmt: skip
+ADAPTIVE = ("extrapolated-euler", "ndf", "dop853")
+
+
+def published(gear: hp.drive.GearFriction, motor: float, load: float, rate: float) -> float:
+    """Return the friction by the formula of BAM, from signed torques [N m] and a rate [rad/s]."""
+    s = np.exp(-(np.abs(rate / gear.stribeck_speed) ** gear.stribeck_exponent))
+    found = gear.coulomb + abs(gear.load * load - gear.motor * motor)
+    found += s * gear.stribeck
+    found += s * abs(gear.load_stribeck * load - gear.motor_stribeck * motor)
+    if np.sign(motor) != np.sign(load):
+        if abs(load) < abs(motor):
+            found += s * gear.load_quadratic * load**2
+        if abs(load) > abs(motor):
+            found += s * gear.motor_quadratic * motor**2
+    return float(found)
+
+
+def test_core_solves_the_published_formula() -> None:
+    """For all identified servos: F is what the formula gives for what the gear passes on."""
+    for drive in hp.drive.identified_drives().values():
+        gear, c = drive.gear, drive.viscous
+        scale = drive.torque_constant  # what an ampere gives
+        for u, w in itertools.product(
+            (-2.0, -0.3, -0.01, 0.0, 0.02, 0.4, 3.0), (0.0, 0.1, 2.0, 9.0)
+        ):
+            motor = u * scale
+            friction = gear.under_motor(motor, w, viscous=c)
+            load = friction + c * w - motor
+            assert friction == pytest.approx(published(gear, motor, load, w), rel=1e-13, abs=1e-15)
+            # the same gear asked from the other side
+            assert gear.under_load(load, w, viscous=c) == pytest.approx(friction, rel=1e-12)
+
+
+def test_slopes_against_differences() -> None:
+    """Slopes in torque and speed, from both sides, to the round-off of the differences."""
+    law, h = MX64.gear.native(MX64.viscous), 1e-6
+    for side, torque, speed in itertools.product(
+        (law.under_motor, law.under_load), (-2.0, -0.4, 0.7, 3.0), (0.3, 1.5, 6.0)
+    ):
+        _, by_torque, by_speed = side(torque, speed)
+        up, down = side(torque + h, speed)[0], side(torque - h, speed)[0]
+        assert by_torque == pytest.approx((up - down) / (2.0 * h), abs=1e-8)
+        up, down = side(torque, speed + h)[0], side(torque, speed - h)[0]
+        assert by_speed == pytest.approx((up - down) / (2.0 * h), abs=1e-8)
+
+
+def scene(gear: hp.drive.GearFriction, **given: Any) -> hp.Scene:
+    """Return a light link in the air whose motor is too strong to matter but for its gear."""
+    motor = hp.Motor(
+        stall_torque=1e6, no_load_speed=1e6, gear_friction=gear,
+        viscous_friction=given.pop("viscous", 0.0),
+    )  # fmt: skip
+    others = {"a_joint": 0.0, "b_joint": 0.0}
+    servo = hp.Servo(
+        kp={**others, JOINT: given.pop("kp", 0.0)}, kd={**others, JOINT: given.pop("kd", 0.0)},
+        limited=False, motor={JOINT: motor},
+    )  # fmt: skip
+    return hp.Scene(heavy_leg(1.0), servo=servo, gravity=(0.0, 0.0, 0.0), stops=FREE, **given)
+
+
+def run(
+    method: str, place: hp.Scene, *, target: float = 0.0, angle: float = 0.0, rate: float = 0.0,
+    duration: float = 1.0, sample: float = 0.05, **settings: float,
+) -> hp.Trace:  # fmt: skip
+    """Return a run of the light joint, whose servo holds `target`."""
+    state = place.robot.stand({JOINT: angle})
+    q, v = state.q.copy(), state.v.copy()
+    q[2] += 10.0
+    v[-1] = rate
+    return hp.simulate(
+        place, hp.HoldPosture((0.0, 0.0, target)), duration=duration, sample=sample, method=method,
+        initial=place.robot.check_state(q, v), **(settings or METHODS[method]),
+    )  # fmt: skip
+
+
+def weight(torque: float) -> list[hp.Push]:
+    """Return a load on the joint [N m], there from the start."""
+    return [hp.Push("c", torque=(0.0, torque, 0.0), start=0.0, duration=100.0)]
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_breakaway_under_a_load(method: str) -> None:
+    """M3 under a load of -0.3 N m rests for motor torques from 0.158 to 0.512 N m, no others.
+
+    Raised: u - L > Fc + K (L + u), so u > (Fc + L (1 + K)) / (1 - K) = 0.5125 N m. Lowered:
+    L - u > Fc + K (L + u), so u < (L (1 - K) - Fc) / (1 + K) = 0.1583 N m.
+    """
+    raised, lowered = (0.05 + 0.3 * 1.2) / 0.8, (0.3 * 0.8 - 0.05) / 1.2
+    for torque, moves in (
+        (raised - 1e-3, 0), (raised + 1e-3, 1), (lowered + 1e-3, 0), (lowered - 1e-3, -1),
+    ):  # fmt: skip
+        place = scene(M3, kp=1.0, loads=weight(-0.3))
+        trace = run(method, place, target=torque, duration=0.01, sample=0.01)
+        assert np.sign(trace.v[-1, -1]) == moves
+        # friction leaves 1 mN m times (1 - K) / (1 + K) of the rest upwards, its inverse downwards;
+        # as the joint turns, the servo takes back up to 2 % of that
+        left = {1: 1e-3 * 0.8 / 1.2, 0: 0.0, -1: -1e-3 * 1.2 / 0.8}[moves]
+        assert trace.v[-1, -1] == pytest.approx(0.01 * left / INERTIA, rel=0.04, abs=1e-15)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_braking_by_a_servo_and_by_the_gear_itself(method: str) -> None:
+    """I w' = -(Fc + kd w (1 + K)) / (1 - K), from F = Fc + K (F + 2 kd w): rest at a known time.
+
+    The load is e = F + kd w along the motion, the motor's torque u = -kd w.
+    """
+    kd, rate, share = 0.01, 2.0, 0.2
+    trace = run(method, scene(M3, kd=kd), rate=rate, angle=-0.1, duration=0.1, sample=0.01)
+    damping, level = kd * (1.0 + share) / (1.0 - share), 0.05 / (1.0 - share)
+    fade = damping / INERTIA
+    rest = np.log1p(damping * rate / level) / fade
+    time = np.minimum(trace.time, rest)
+    speed = (rate + level / damping) * np.exp(-fade * time) - level / damping
+    tolerance = 1e-5 if method in ADAPTIVE else 0.05  # w' = 52 rad/s^2 times a step of 1 ms
+    np.testing.assert_allclose(trace.v[:, -1], speed, atol=tolerance)
+    assert not trace.v[trace.time > rest + 2e-3, -1].any()
+    assert rest < 0.07
+
+
+@pytest.mark.parametrize("method", ADAPTIVE)
+def test_against_another_integration(method: str) -> None:
+    """MX-64's gear driven by a servo: SciPy, with the friction found by bisection, agrees to 1e-6.
+
+    The motor drives, then brakes: the joint turns one way all the time.
+    """
+    gear, c, kp, kd, target = MX64.gear, MX64.viscous, 3.0, 0.05, 0.8
+
+    def slope(t: float, y: np.ndarray) -> list[float]:
+        angle, rate = y
+        motor = kp * (target - angle) - kd * rate
+
+        def miss(friction: float) -> float:
+            return friction - published(gear, motor, friction + c * rate - motor, rate)
+
+        friction = brentq(miss, 0.0, 100.0, xtol=1e-15, rtol=1e-14)
+        return [rate, (motor - friction - c * rate) / INERTIA]
+
+    end = 0.06
+    exact = solve_ivp(slope, (0.0, end), [-0.5, 1.0], method="DOP853", rtol=1e-11, atol=1e-12)
+    assert exact.y[1].min() > 0.5
+    place = scene(gear, kp=kp, kd=kd, viscous=c)
+    settings = {"accuracy": 1e-7 if method != "dop853" else 1e-9}
+    trace = run(
+        method, place, target=target, angle=-0.5, rate=1.0, duration=end, sample=end, **settings
+    )  # fmt: skip
+    assert trace.q[-1, -1] == pytest.approx(exact.y[0, -1], abs=1e-6)
+    assert trace.v[-1, -1] == pytest.approx(exact.y[1, -1], abs=1e-5)
+    # first order: a step of 0.125 ms misses an eighth of what one of 1 ms does
+    for fixed in ("implicit-euler", "robust") if method == "ndf" else ():
+        start = {"target": target, "angle": -0.5, "rate": 1.0, "duration": end, "sample": end}
+        ends = (run(fixed, place, **start, step=step).q[-1, -1] for step in (1e-3, 1.25e-4))
+        coarse, fine = (abs(found - exact.y[0, -1]) for found in ends)
+        assert fine < 2e-3
+        assert fine < coarse / 4.0
+
+
+def test_energy_account_closes() -> None:
+    """What friction takes is what servo and motion lose, to the method's accuracy."""
+    place = scene(MX64.gear, kp=3.0, kd=0.05, viscous=MX64.viscous)
+    for method, bound in (("extrapolated-euler", 1e-4), ("ndf", 1e-4), ("dop853", 1e-6)):
+        trace = run(method, place, target=0.5, angle=-0.9, rate=9.0)
+        lost = trace.energy["joint_damping_loss"][-1]
+        assert lost > 0.1
+        assert np.abs(trace.energy_residual).max() < bound * lost
+
+
+def test_prescribed_motion_takes_the_motor_s_torque() -> None:
+    """The reaction with a gear is the one without it, and its friction for what is passed on."""
+    robot = hp.load_robot("kharagpur")
+    gait = hp.Gait.tripod(stroke=0.06, cycle_time=1.2)
+    traces = []
+    for gear in (None, MX64.gear):
+        motor = hp.Motor(stall_torque=9.0, no_load_speed=7.0, gear_friction=gear)
+        servo = hp.Servo(kp=60.0, kd=1.2, motor=motor)
+        place = hp.Scene(robot, servo=servo, prescribed=True)
+        traces.append(
+            hp.simulate(
+                place,
+                hp.KinematicControl(gait),
+                duration=0.3,
+                method="implicit-euler",
+                step=1e-3,
+                sample=0.05,
+            )  # fmt: skip
+        )
+    plain, geared = traces
+    for k, j in itertools.product(range(1, 6), range(18)):
+        passed, rate = float(plain.torque[k, j]), float(plain.v[k, 6 + j])
+        sign = np.sign(rate)
+        taken = sign * MX64.gear.under_load(-sign * passed, abs(rate)) if sign else 0.0
+        assert geared.torque[k, j] == pytest.approx(passed + taken, abs=1e-9)
+
+
+def test_a_walk_with_identified_motors() -> None:
+    """Friction costs: motors give more torque and more energy than the same walk without it."""
+    robot = hp.load_robot("kharagpur")
+    control = hp.KinematicControl(hp.Gait.tripod(stroke=0.06, cycle_time=1.2))
+    motor = MX64.motor(12.0)
+    works, torques = [], []
+    for one in (motor.model_copy(update={"gear_friction": None}), motor):
+        place = hp.Scene(robot, servo=hp.Servo(kp=60.0, kd=1.2, motor=one))
+        trace = hp.simulate(place, control, duration=2.4, accuracy=1e-4)
+        works.append(trace.energy["servo_work"][-1])
+        torques.append(np.sqrt(np.mean(trace.torque[600:] ** 2)))
+        assert has_dry_friction(robot, place.servos) == (one.gear_friction is not None)
+    assert works[1] > 1.3 * works[0]
+    assert torques[1] > 1.05 * torques[0]
+
+
+def test_identified_motor_by_hand() -> None:
+    """MX-64 at 12 V: k U / R = 8.297 N m, U / k = 7.492 rad/s, and its parameters."""
+    motor = hp.drive.identified_drive("mx-64").motor(12.0)
+    assert motor.stall_torque == pytest.approx(1.60168 * 12.0 / 2.3164, rel=1e-12)
+    assert motor.no_load_speed == pytest.approx(12.0 / 1.60168, rel=1e-12)
+    assert motor.armature == pytest.approx(0.0122659)
+    assert motor.gear_friction.motor == pytest.approx(0.311472)
+    assert motor.gear_friction.stribeck_exponent == pytest.approx(0.840902)
+    with pytest.raises(UnknownNameError, match="MX-106"):
+        hp.drive.identified_drive("MX-65")
+
+
+def test_refusals_and_files() -> None:
+    """Shares that no torque could turn are refused; a motor comes back from TOML as it was."""
+    for bad in (
+        {"motor": 0.6, "motor_stribeck": 0.4}, {"load": 1.2}, {"coulomb": -1.0},
+        {"stribeck_speed": 0.0}, {"stribeck_exponent": 0.1}, {"motor": float("nan")},
+    ):  # fmt: skip
+        with refused(ParameterError):
+            hp.drive.GearFriction(**bad)
+    for bad in ((float("nan"), 1.0), (1.0, -1.0)):
+        with refused(ParameterError):
+            M3.under_motor(*bad)
+    place = hp.Scene(heavy_leg(1.0), servo=hp.Servo(kp=1.0, kd=0.1, motor=MX64.motor(12.0)))
+    law = drive_law(place.robot, place.servos, FREE)
+    mode = law.mode(0, 0.0, 0.5, 0.2)
+    assert mode.friction == native.FrictionMode.forward
+    again = hp.Servo.model_validate(place.servos.model_dump())
+    assert again == place.servos
