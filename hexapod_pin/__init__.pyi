@@ -1,5 +1,6 @@
 """The public names: `hexapod_pin/__init__.py` imports each when it is first used."""
 
+from . import drive as drive
 from . import errors as errors
 from . import results as results
 from . import robot as robot

@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 import hexapod_pin as hp
 from hexapod_pin import native
-from hexapod_pin.drive.drive_law import drive_law, has_dry_friction
+from hexapod_pin.drive.drive_law import drive_law, has_dry_friction, native_gear
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from tests.vehicles import FREE, heavy_leg
 
@@ -43,25 +43,31 @@ def published(gear: hp.drive.GearFriction, motor: float, load: float, rate: floa
     return float(found)
 
 
-def test_core_solves_the_published_formula() -> None:
-    """For all identified servos: F is what the formula gives for what the gear passes on."""
+def test_both_solutions_keep_the_published_formula() -> None:
+    """Of all identified servos, F is what the formula gives for what the gear then passes on.
+
+    The core's Newton and NumPy's secants agree, and the gear asked from the load's side too.
+    """
+    torques, speeds = (-2.0, -0.3, -0.01, 0.0, 0.02, 0.4, 3.0), (0.0, 0.1, 2.0, 9.0)
+    grid = np.array(list(itertools.product(torques, speeds)))
     for drive in hp.drive.identified_drives().values():
         gear, c = drive.gear, drive.viscous
-        scale = drive.torque_constant  # what an ampere gives
-        for u, w in itertools.product(
-            (-2.0, -0.3, -0.01, 0.0, 0.02, 0.4, 3.0), (0.0, 0.1, 2.0, 9.0)
-        ):
-            motor = u * scale
-            friction = gear.under_motor(motor, w, viscous=c)
-            load = friction + c * w - motor
-            assert friction == pytest.approx(published(gear, motor, load, w), rel=1e-13, abs=1e-15)
-            # the same gear asked from the other side
-            assert gear.under_load(load, w, viscous=c) == pytest.approx(friction, rel=1e-12)
+        law = native_gear(gear, c)
+        motor, speed = grid[:, 0] * drive.torque_constant, grid[:, 1]
+        friction = gear.under_motor(motor, speed, viscous=c)
+        load = friction + c * speed - motor
+        formula = [published(gear, *row) for row in zip(motor, load, speed, strict=True)]
+        np.testing.assert_allclose(friction, formula, rtol=1e-13, atol=1e-15)
+        core = [law.under_motor(u, w)[0] for u, w in zip(motor, speed, strict=True)]
+        np.testing.assert_allclose(core, formula, rtol=1e-13, atol=1e-15)
+        np.testing.assert_allclose(gear.under_load(load, speed, viscous=c), formula, rtol=1e-12)
+        core = [law.under_load(e, w)[0] for e, w in zip(load, speed, strict=True)]
+        np.testing.assert_allclose(core, formula, rtol=1e-12)
 
 
 def test_slopes_against_differences() -> None:
     """Slopes in torque and speed, from both sides, to the round-off of the differences."""
-    law, h = MX64.gear.native(MX64.viscous), 1e-6
+    law, h = native_gear(MX64.gear, MX64.viscous), 1e-6
     for side, torque, speed in itertools.product(
         (law.under_motor, law.under_load), (-2.0, -0.4, 0.7, 3.0), (0.3, 1.5, 6.0)
     ):

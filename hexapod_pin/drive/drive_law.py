@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from hexapod_pin.arrays import Array
+    from hexapod_pin.drive.gear_friction import GearFriction
     from hexapod_pin.drive.joint_stops import JointStops
     from hexapod_pin.drive.motor import Motor
     from hexapod_pin.drive.servo import Servo
@@ -51,11 +52,22 @@ def _gears(motors: Sequence[Motor | None]) -> list[NativeGearFriction]:
     if not any(motor and motor.gear_friction for motor in motors):
         return []
     return [
-        motor.gear_friction.native(motor.viscous_friction)
+        native_gear(motor.gear_friction, motor.viscous_friction)
         if motor and motor.gear_friction
         else native.GearFriction()
         for motor in motors
     ]
+
+
+def native_gear(gear: GearFriction, viscous: float) -> NativeGearFriction:
+    """Return a gear's friction in the core's form, with its viscous friction [N m s/rad]."""
+    from hexapod_pin import native
+
+    found = native.GearFriction()
+    for name in type(gear).model_fields:
+        setattr(found, name, getattr(gear, name))
+    found.viscous = viscous
+    return found
 
 
 def has_dry_friction(robot: Robot, servo: Servo) -> bool:

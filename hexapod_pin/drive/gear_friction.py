@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import math
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
+import numpy as np
+from numpy.typing import ArrayLike
 from pydantic import Field, NonNegativeFloat, PositiveFloat, model_validator
 
 from hexapod_pin.arguments import checked
+from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.spec import Spec
-
-if TYPE_CHECKING:
-    from hexapod_pin.native import GearFriction as NativeGearFriction
 
 
 class GearFriction(Spec):
@@ -73,19 +72,9 @@ class GearFriction(Spec):
                 raise ParameterError(f"GearFriction.{name}", share, allowed, hint)
         return self
 
-    def native(self, viscous: float) -> NativeGearFriction:
-        """Return the core's form, with the gear's viscous friction [N m s/rad]."""
-        from hexapod_pin.native import GearFriction as NativeGearFriction
-
-        found = NativeGearFriction()
-        for name in type(self).model_fields:
-            setattr(found, name, getattr(self, name))
-        found.viscous = viscous
-        return found
-
     @checked
-    def under_motor(self, torque: float, speed: float, *, viscous: float = 0.0) -> float:
-        """Return the friction while the motor gives a torque [N m].
+    def under_motor(self, torque: ArrayLike, speed: ArrayLike, *, viscous: float = 0.0) -> Array:
+        """Return the friction while the motor gives a torque [N m]. Shape of the arguments.
 
         Args:
             torque: of the motor, along the motion; negative: it brakes [N m].
@@ -95,11 +84,12 @@ class GearFriction(Spec):
         Raises:
             ParameterError: a number is not finite, or speed or viscous friction is negative.
         """
-        return self._friction("under_motor", torque, speed, viscous)
+        u, w = _checked("under_motor", torque, speed, viscous)
+        return self._solved(lambda friction: (u, friction + viscous * w - u), w)
 
     @checked
-    def under_load(self, torque: float, speed: float, *, viscous: float = 0.0) -> float:
-        """Return the friction while a load drives the joint with a torque [N m].
+    def under_load(self, torque: ArrayLike, speed: ArrayLike, *, viscous: float = 0.0) -> Array:
+        """Return the friction while a load drives the joint with a torque [N m]. As `under_motor`.
 
         Args:
             torque: of the load, along the motion; negative: the load is lifted [N m].
@@ -109,16 +99,65 @@ class GearFriction(Spec):
         Raises:
             ParameterError: a number is not finite, or speed or viscous friction is negative.
         """
-        return self._friction("under_load", torque, speed, viscous)
+        e, w = _checked("under_load", torque, speed, viscous)
+        return self._solved(lambda friction: (friction + viscous * w - e, e), w)
 
-    def _friction(self, method: str, torque: float, speed: float, viscous: float) -> float:
-        least = {"torque": -math.inf, "speed": 0.0, "viscous": 0.0}
-        for (name, low), value in zip(least.items(), (torque, speed, viscous), strict=True):
-            if not (math.isfinite(value) and value >= low):
-                allowed = "finite" if name == "torque" else "finite and at least 0"
-                raise ParameterError(f"GearFriction.{method}({name})", value, allowed)
-        return float(getattr(self.native(viscous), method)(torque, speed)[0])
+    def _solved(self, torques: Callable[[Array], tuple[Array, Array]], speed: Array) -> Array:
+        """Return F of the formula, given what F makes of motor's and load's torque.
 
+        The formula's slope in F is below `LARGEST_SHARE` everywhere and its pieces are linear or
+        quadratic: the secant step from F and its image gains at least a digit a pass.
+        """
+        fade = np.exp(-((speed / self.stribeck_speed) ** self.stribeck_exponent))
+        friction = self._level(*torques(np.zeros_like(speed)), fade)
+        for _ in range(MOST_PASSES):
+            image = self._level(*torques(friction), fade)
+            again = self._level(*torques(image), fade)
+            step = image - friction
+            slope = np.divide(again - image, step, out=np.zeros_like(step), where=step != 0.0)
+            slope = np.clip(slope, -LARGEST_SHARE, LARGEST_SHARE)
+            found = friction + step / (1.0 - slope)
+            if np.all(np.abs(found - friction) <= ROUND_OFF * (1.0 + np.abs(found))):
+                break
+            friction = found
+        return friction
+
+    def _level(self, motor: Array, load: Array, fade: Array) -> Array:
+        """Return what the formula gives for torques along the motion [N m]."""
+        slow = np.abs(self.load_stribeck * load - self.motor_stribeck * motor)
+        driven = np.where((motor > 0.0) & (load < 0.0), self.load_quadratic * load**2, 0.0)
+        braked = np.where((motor < 0.0) & (load > 0.0), self.motor_quadratic * motor**2, 0.0)
+        plain = np.abs(self.load * load - self.motor * motor)
+        found: Array = self.coulomb + plain + fade * (self.stribeck + slow + driven + braked)
+        return found
+
+
+def _checked(
+    method: str, torque: ArrayLike, speed: ArrayLike, viscous: float
+) -> tuple[Array, Array]:
+    """Return torque and speed as arrays of one shape.
+
+    Raises:
+        ParameterError: a number is not finite, or speed or viscous friction is negative.
+    """
+    where = f"GearFriction.{method}"
+    u, w = np.broadcast_arrays(np.asarray(torque, dtype=float), np.asarray(speed, dtype=float))
+    for name, value, good in (
+        ("torque", u, np.isfinite(u)), ("speed", w, np.isfinite(w) & (w >= 0.0)),
+        ("viscous", np.asarray(viscous), np.isfinite(viscous) & (np.asarray(viscous) >= 0.0)),
+    ):  # fmt: skip
+        if not np.all(good):
+            worst = value[~good].flat[0] if value.ndim else value[()]
+            allowed = "finite" if name == "torque" else "finite and at least 0"
+            raise ParameterError(f"{where}({name})", float(worst), allowed)
+    return u, w
+
+
+MOST_PASSES = 60
+"""Of the solution for F; some five are taken."""
+
+ROUND_OFF = 1e-15
+"""Change of F that ends it, relative to 1 N m and F."""
 
 LARGEST_SHARE = 0.95
 """Sum of the shares of one side from which on a gear is refused [-]."""
