@@ -226,19 +226,46 @@ def test_prescribed_motion_takes_the_motor_s_torque() -> None:
 
 
 def test_a_walk_with_identified_motors() -> None:
-    """Friction costs: motors give more torque and more energy than the same walk without it."""
+    """Friction costs work; a budget adds to a plain walk what the gear would take of it.
+
+    The copper's heat by hand: torque of the trace, friction of the formula, R (tau / k)^2.
+    """
     robot = hp.load_robot("kharagpur")
     control = hp.KinematicControl(hp.Gait.tripod(stroke=0.06, cycle_time=1.2))
     motor = MX64.motor(12.0)
-    works, torques = [], []
-    for one in (motor.model_copy(update={"gear_friction": None}), motor):
+    record = hp.load_catalog().get("MX-64", 12.0)
+    works, budgets = [], []
+    for one in (motor.model_copy(update={"gear_friction": None, "viscous_friction": 0.0}), motor):
         place = hp.Scene(robot, servo=hp.Servo(kp=60.0, kd=1.2, motor=one))
-        trace = hp.simulate(place, control, duration=2.4, accuracy=1e-4)
+        trace = hp.simulate(place, control, duration=3.6, accuracy=1e-4)
         works.append(trace.energy["servo_work"][-1])
-        torques.append(np.sqrt(np.mean(trace.torque[600:] ** 2)))
+        budgets.append(hp.motor_budget(trace, record))
         assert has_dry_friction(robot, place.servos) == (one.gear_friction is not None)
     assert works[1] > 1.3 * works[0]
-    assert torques[1] > 1.05 * torques[0]
+    plain, geared = budgets
+    assert (plain.demand.geared, geared.demand.geared) == (False, True)
+    for j, row in enumerate(plain.joints):
+        torque, rate = plain.demand.torque[:, j], plain.demand.speed[:, j]
+        found = np.empty_like(torque)
+        for k, (passed, w) in enumerate(zip(torque, rate, strict=True)):
+            load = -np.sign(w) * passed  # along the motion
+
+            def miss(friction: float, load: float = load, w: float = w) -> float:
+                motor = friction + MX64.viscous * abs(w) - load
+                return friction - published(MX64.gear, motor, load, abs(w))
+
+            friction = brentq(miss, 0.0, 100.0, xtol=1e-14)
+            found[k] = passed + np.sign(w) * (friction + MX64.viscous * abs(w))
+        current = found / MX64.torque_constant
+        rms = np.sqrt(plain.demand.weights @ current**2)
+        assert row.current_rms == pytest.approx(rms, rel=5e-3)  # steps between the samples
+        assert row.winding_heat == pytest.approx(MX64.resistance * rms**2, rel=1e-2)
+    # of motors that overcame their gears the torque is the motor's already
+    for row, torque in zip(geared.joints, geared.demand.torque_rms, strict=True):
+        assert row.current_rms == pytest.approx(torque / MX64.torque_constant, rel=1e-12)
+    sheet = [record.stall_current / record.stall_torque * row for row in plain.demand.torque_rms]
+    ratio = [row.current_rms / one for row, one in zip(plain.joints, sheet, strict=True)]
+    assert 1.0 < min(ratio) and max(ratio) < 4.0
 
 
 def test_identified_motor_by_hand() -> None:

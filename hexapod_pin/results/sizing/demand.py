@@ -36,6 +36,7 @@ class JointDemand(Record):
         unheld_lost_leg: the same by lost leg or foot, in the order of the feet.
         weight: mass times gravity [N].
         distance: along the heading per cycle [m]; None where none is known.
+        geared: whether the torques contain what gears lose (`Motor.gear_friction`).
         robot_name: its name.
         notes: what to know of these numbers, one sentence each.
     """
@@ -79,6 +80,7 @@ class JointDemand(Record):
     unheld_lost_leg: dict[str, float] = field(default_factory=dict)
     weight: float = float("nan")
     distance: float | None = None
+    geared: bool = False
     robot_name: str = "robot"
     notes: tuple[str, ...] = ()
 

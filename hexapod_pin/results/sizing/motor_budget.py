@@ -189,7 +189,7 @@ def _assumed(rows: Sequence[MotorUse], derating: Derating, ambient: float) -> It
 USE_HEADER = (
     "", "verdict", "peak\n[-]", "margin\n[N m]", "outside\n[%]", "RMS\n[-]", "moving RMS\n[-]",
     "standing\n[-]", "holding\n[-]", "leg lost\n[-]", "speed\n[-]", "current\npeak [A]", "RMS\n[A]",
-    "winding\n[deg C]",
+    "heat\n[W]", "winding\n[deg C]",
 )  # fmt: skip
 INERTIA_HEADER = (
     "", "load inertia\n[kg m^2]", "rotor's at joint\n[kg m^2]", "load / rotor\n[-]",
@@ -260,7 +260,7 @@ def work_lines(demand: JointDemand) -> list[str]:
 
 
 def battery_lines(load: BatteryLoad) -> list[str]:
-    """Return what the battery gives; an estimate from data-sheet currents."""
+    """Return what the battery gives, an estimate."""
     if load.unknown:
         return [f"  battery current and electrical power: unknown ({load.unknown})"]
     rows = [
@@ -277,7 +277,9 @@ def battery_lines(load: BatteryLoad) -> list[str]:
         ("the same, braking gives back", load.cost_of_transport_regeneration, ""),
     ]
     lines = labelled(rows, ".3g", UNKNOWN, least=48)
-    return indented([*lines, "estimated from the data sheet's stall and standby currents"])
+    return indented(
+        [*lines, "estimated from identified motors and gears, else from data-sheet currents"]
+    )
 
 
 def _allowed(budget: MotorBudget) -> str:
@@ -294,7 +296,7 @@ def _use_cells(row: MotorUse, name: str) -> Sequence[Cell]:
         100.0 * row.outside_share, row.continuous_use, row.thermal_use,
         row.standing_use, row.holding_use, row.lost_leg_use,
         row.speed_use, row.current_peak, row.current_rms,
-        row.winding_temperature,
+        row.winding_heat, row.winding_temperature,
     )  # fmt: skip
 
 

@@ -12,6 +12,7 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.result_files import without_non_finite
 from hexapod_pin.results.sizing.demand import JointDemand
+from hexapod_pin.results.sizing.motor_current import current_numbers, electrical_power
 from hexapod_pin.results.sizing.motors import Motors, gear_numbers
 from hexapod_pin.results.sizing.winding import thermal_constant, winding_temperatures
 
@@ -47,8 +48,9 @@ class MotorUse(Immutable):
             [-]: a stance lasts for part of a cycle, or until the legs in the air are put down.
         lost_leg_use: torque at rest with one leg lost over the same [-]: a fault.
         speed_use: largest speed over the no-load speed at the derated voltage [-].
-        current_peak: of the motor, from data-sheet currents, an estimate [A].
+        current_peak: of the motor; see `motor_current` [A].
         current_rms: the same [A].
+        winding_heat: mean heat of its winding [W].
         armature: of the rotor at the joint [kg m^2].
         inertia_ratio: load inertia over reflected inertia [-].
         optimal_ratio: gear ratio of least RMS torque of the motor, no higher than its speed
@@ -75,6 +77,7 @@ class MotorUse(Immutable):
     speed_use: float
     current_peak: float | None
     current_rms: float | None
+    winding_heat: float | None
     armature: float | None
     inertia_ratio: float | None
     optimal_ratio: float | None
@@ -114,12 +117,12 @@ class MotorUse(Immutable):
 
 @dataclass(frozen=True)
 class BatteryLoad(Immutable):
-    """What all joints together draw at the same time; from data-sheet currents, an estimate.
+    """What all joints together draw at the same time, an estimate.
 
-    A motor at torque tau and speed w runs at the duty d = tau / T0 + w / w0 of its rated voltage V
-    and takes the current i = I0 tau / T0 (T0 stall torque, w0 no-load speed, I0 stall current): its
-    electrical power is V d i. Without regeneration, what a joint's motor would give back is
-    lost in its drive. Standby currents are added. All None where a data sheet has no current.
+    Each motor takes R i^2 + i k w (`motor_current`): of identified servos with the losses of their
+    gears, else from the data sheet's currents. Without regeneration, what a joint's motor would
+    give back is lost in its drive. Standby currents are added. All None where a data sheet has no
+    current.
 
     Attributes:
         voltage: of the supply under load [V].
@@ -161,7 +164,8 @@ class BatteryLoad(Immutable):
 
 
 UNITS = {
-    "margin": "N m", "current_peak": "A", "current_rms": "A", "armature": "kg m^2",
+    "margin": "N m", "current_peak": "A", "current_rms": "A", "winding_heat": "W",
+    "armature": "kg m^2",
     "torque_rms_with_armature": "N m", "winding_temperature": "deg C", "voltage": "V",
     "current_mean": "A", "power_peak": "W", "power_mean": "W",
     "power_mean_regeneration": "W", "energy": "J", "energy_regeneration": "J",
@@ -242,15 +246,6 @@ def lasting_numbers(demand: JointDemand, motors: Motors) -> Columns:
     }
 
 
-def current_numbers(demand: JointDemand, motors: Motors) -> Columns:
-    """Return the motors' own currents, from data-sheet currents [A]."""
-    per_torque = motors.stall_current / motors.stall
-    return {
-        "current_peak": per_torque * demand.torque_peak,
-        "current_rms": per_torque * demand.torque_rms,
-    }
-
-
 def _row(
     demand: JointDemand, motors: Motors, columns: Columns, judged: list[str], j: int
 ) -> MotorUse:  # fmt: skip
@@ -307,8 +302,8 @@ NEEDS = {
 # The worst of several joints, number by number.
 
 LARGEST = (
-    *USES, "outside_share", "current_peak", "current_rms", "armature", "inertia_ratio",
-    "torque_rms_with_armature",
+    *USES, "outside_share", "current_peak", "current_rms", "winding_heat", "armature",
+    "inertia_ratio", "torque_rms_with_armature",
 )  # fmt: skip
 SMALLEST = ("margin", "optimal_ratio", "ratio_limit")
 
@@ -390,17 +385,6 @@ def battery_current(demand: JointDemand, motors: Motors) -> Array:
     supply = float(motors.derating.voltage * motors.rated_voltage[0])
     taken = np.maximum(electrical_power(demand, motors), 0.0)
     return np.asarray(taken.sum(axis=1) / supply + np.nansum(motors.standby_current))
-
-
-def electrical_power(demand: JointDemand, motors: Motors) -> Array:
-    """Return V d i of each joint's motor (T, n) [W]: winding losses and mechanical power.
-
-    d i = (tau / T0 + w / w0) I0 tau / T0. It follows from the same straight lines of torque and
-    current over speed as the data sheet's three numbers; < 0 where the motor gives power back.
-    """
-    share = demand.torque / motors.stall
-    duty = share + demand.speed / motors.no_load
-    return np.asarray(motors.rated_voltage * motors.stall_current * duty * share)
 
 
 def _unknown(motors: Motors) -> str:

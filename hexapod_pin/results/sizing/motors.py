@@ -12,6 +12,7 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.drive.catalog import MotorRecord
+from hexapod_pin.drive.catalog.identified import identified_drives
 from hexapod_pin.drive.catalog.motor_record import Derating
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.sizing.demand import JointDemand
@@ -114,6 +115,11 @@ def _notes(row: MotorRecord, derating: Derating) -> list[str]:
     lasting = f"continuous torque {derating.continuous_torque(row):.3g} N m"
     source = "as published" if row.rated_torque else f"{derating.continuous:g} of the stall torque"
     notes = [f"{lasting}, {source}", *row.flags, *(f"assumed: {text}" for text in row.assumed)]
+    if drive := identified_drives().get(row.model):
+        notes.append(
+            f"current and heat from the motor and gear as identified (friction {drive.form}, "
+            f"{drive.source})"
+        )
     if row.stall_current is not None and row.standby_current is None:
         notes.append("no standby current is published: taken as 0")
     return [f"{row.name}: {note}" for note in notes]

@@ -5,6 +5,7 @@ It contains the torques that hold each posture of the walk, also with one leg lo
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -63,9 +64,17 @@ def joint_demand(trace: Trace, *, postures: int = MOST_POSTURES) -> JointDemand:
         acceleration=np.gradient(trace.v[:, 6:], trace.time, axis=0)[inside],
         cycles=window.cycles, peaks=whole.peaks,
         weight=whole.weight, distance=whole.distance if makes_way else None,
-        robot_name=whole.robot_name,
+        robot_name=whole.robot_name, geared=_geared(trace),
         notes=tuple(notes), **numbers,
     )  # fmt: skip
+
+
+def _geared(trace: Trace) -> bool:
+    """Return whether motors of the run had gear friction, which their torques then contain."""
+    scene = trace.run.scene
+    motor = None if scene is None or scene.servo is None else scene.servo.motor
+    motors = motor.values() if isinstance(motor, Mapping) else [motor]
+    return any(one is not None and one.gear_friction is not None for one in motors)
 
 
 def _accepted(summary: Summary, trace: Trace, sampled: dict[str, Any]) -> dict[str, Any]:
