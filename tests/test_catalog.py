@@ -52,6 +52,26 @@ def test_flaws_of_rows_are_reported() -> None:
     assert {r.model for r in CATALOG if r.unusable} == {"HerkuleX DRS-0201", "STS3250", "ST3215"}
 
 
+@pytest.mark.parametrize(
+    ("numbers", "name", "about"),
+    [
+        ({"stall_torque": 4100.0, "mass": 0.082}, "stall_torque", "4100 N mm"),
+        ({"stall_torque": 25.0, "mass": 0.06}, "stall_torque", "25 kgf cm"),
+        ({"stall_torque": 4.1, "mass": 82.0}, "stall_torque", "82 g"),
+        ({"stall_torque": 4.1, "mass": 1e5}, "stall_torque", "Check its unit"),
+        ({"stall_torque": 4.1, "no_load_speed": 110.0}, "no_load_speed", "11.5 rad/s"),
+    ],
+)
+def test_a_number_in_another_unit_is_refused(
+    numbers: dict[str, float], name: str, about: str
+) -> None:
+    """The error names the likely unit; quasi-direct drives (37 and 45 N m/kg) pass."""
+    with refused(ParameterError, name, numbers[name], about=(about,)):
+        hp.sizing.MotorRecord(model="M", voltage=12.0, **numbers)
+    for torque, mass in ((18.0, 0.485), (23.7, 0.53)):
+        hp.sizing.MotorRecord(model="Q", voltage=24.0, stall_torque=torque, mass=mass)
+
+
 def test_motor_is_the_line_of_the_row() -> None:
     """At half the no-load speed and 0.9 of the voltage: (0.9 - 0.5) of the stall torque.
 

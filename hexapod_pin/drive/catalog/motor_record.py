@@ -5,6 +5,7 @@ Derating is the part of it for a lasting use; an unpublished rotor inertia is es
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Any, NamedTuple
 
 from pydantic import (
@@ -109,7 +110,8 @@ class MotorRecord(Spec):
 
         Raises:
             ParameterError: an empty name, a voltage outside its range, a rated torque above the
-                stall torque, an armature without source, or a price without currency.
+                stall torque, a torque for its mass or a speed that no geared motor has, an armature
+                without source, or a price without currency.
         """
         low, high = self.voltage_min or 0.0, self.voltage_max or float("inf")
         if not self.model.strip():
@@ -120,6 +122,7 @@ class MotorRecord(Spec):
         if self.rated_torque is not None and self.rated_torque > self.stall_torque:
             allowed = f"at most the stall torque, {self.stall_torque:g} N m"
             raise ParameterError("rated_torque", self.rated_torque, allowed)
+        _check_plausible(self.stall_torque, self.mass, self.no_load_speed)
         if self.armature is not None and not self.armature_source.strip():
             hint = 'Write "measured", a page, or leave the armature empty.'
             raise ParameterError("armature_source", "", "where the armature is from", hint)
@@ -216,6 +219,46 @@ class MotorRecord(Spec):
             rotor_inertia=self.joint_armature / ratio**2,
             gear_ratio=ratio,
         )
+
+
+# What a geared motor can be. The catalogue has 17 to 78 N m/kg and at most 13 rad/s; quasi-direct
+# drives have some 40 N m/kg and 30 rad/s.
+
+TORQUE_BY_MASS = (2.0, 120.0)
+"""Stall torque over mass, from which to which [N m/kg] (*assumed*)."""
+
+USUAL_BY_MASS = 37.0
+"""Middle of the catalogue [N m/kg]: which unit was meant."""
+
+HIGHEST_SPEED = 100.0
+"""Of a joint's motor without load [rad/s] (*assumed*)."""
+
+TORQUE_UNITS = {
+    "N mm": 1e-3, "N cm": 1e-2, "kgf cm": 0.0980665, "kgf mm": 0.00980665, "ozf in": 0.00706155,
+}  # fmt: skip
+"""What data sheets give torques in, in N m."""
+
+
+def _check_plausible(stall: float, mass: float | None, speed: float | None) -> None:
+    """Refuse numbers that are in another unit.
+
+    Raises:
+        ParameterError: torque over mass, or the speed, is not one of a geared motor.
+    """
+    low, high = TORQUE_BY_MASS
+    if mass is not None and not low <= stall / mass <= high:
+        torques = {f"{stall:g} {unit}": to * stall / mass for unit, to in TORQUE_UNITS.items()}
+        meant = torques | {f"a mass of {mass:g} g": 1e3 * stall / mass}
+        near = min(meant, key=lambda text: abs(math.log(meant[text] / USUAL_BY_MASS)))
+        allowed = f"{low:g} to {high:g} N m for each kg of the motor's {mass:g} kg"
+        hint = "Check its unit, and that of the mass."
+        if low <= meant[near] <= high:
+            hint = f"Perhaps it is {near}: that would be {meant[near]:.3g} N m/kg."
+        raise ParameterError("stall_torque", stall, allowed, hint)
+    if speed is not None and speed > HIGHEST_SPEED:
+        hint = f"Perhaps it is in rpm: {speed:g} rpm are {speed * math.pi / 30.0:.3g} rad/s."
+        allowed = f"at most {HIGHEST_SPEED:g} rad/s, behind the gear"
+        raise ParameterError("no_load_speed", speed, allowed, hint)
 
 
 # The rotor's inertia where nobody has published it: estimated from servos that were identified.
