@@ -9,13 +9,18 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from refusals import refused
-from studies.foot_control.gain_borders import controller, predicted_border
+from studies.foot_control.gain_borders import QUANTITIES, controller, predicted_border
 from studies.foot_control.standing_growth import STAND, Stand
 
 import hexapod_pin as hp
 from hexapod_pin.control.foot_control.controller import FootControl
 from hexapod_pin.control.foot_control.linear_law import NEUTRAL, LinearLaw, LinearLoop
-from hexapod_pin.control.foot_control.parameters import Levelling, SlipPid, VirtualSuspension
+from hexapod_pin.control.foot_control.parameters import (
+    ForceTargets,
+    Levelling,
+    SlipPid,
+    VirtualSuspension,
+)
 from hexapod_pin.control.foot_control.stability import (
     linear_law,
     refuse_unstable,
@@ -166,6 +171,42 @@ def test_simulation_grows_beyond_the_border_alone(
     assert stand.growth(below) < 0.0
     rate = math.log(spectral_radius(above, scene, touch_speed=0.0)) / control.period
     assert stand.growth(above) == pytest.approx(rate, rel=0.15)
+
+
+@pytest.mark.parametrize("quantity", [QUANTITIES[4], QUANTITIES[5]])
+def test_borders_beside_force_targets_are_those_of_the_simulation(quantity: str) -> None:
+    """Decays 2 % below the predicted border and grows 2 % above it, sticking contact.
+
+    Linear about feet that carry half of their targets' tangential forces, or all of them where
+    deviations both ways are corrected: at feet without them it would be 40 % off.
+    """
+    scene = hp.Scene(hp.load_robot("athena"))
+    control = controller(quantity, 0.005)
+    border = predicted_border(control, scene, quantity)
+    stand = Stand.settled(scene, with_parameter(control, "slip.ki", 0.05 * border))
+    below, above = (with_parameter(control, "slip.ki", x * border) for x in (0.98, 1.02))
+    assert stand.growth(below) < 0.0 < stand.growth(above)
+
+
+def test_two_slow_drifts_are_not_shaking() -> None:
+    """Beside targets from which forces deviate both ways feet creep on S1's contact.
+
+    Two such drifts of less than 0.01 1/s meet as a complex pair of 5000 s: with the time of a
+    stance they are neutral, and the range has no lower end.
+    """
+    scene = hp.Scene(hp.load_robot("kharagpur"), contact=Contact.s1())
+    aim = ForceTargets(sole="contact", deviation="target")
+    control = FootControl(hp.Gait.tripod(), slip=SlipPid(), force_targets=aim)
+    stance = control.gait.duty * control.gait.cycle_time
+    low, high = stable_range(control, scene, "slip.ki", drift_time=stance)
+    assert low == 0.0 and high == pytest.approx(0.0043, rel=0.02)
+    loop = stance_loop(control, scene)
+    values = np.linalg.eigvals(loop.matrix(linear_law(control, scene, loop.stance)))
+    rates = np.log(values[np.abs(values) > 1.0 + NEUTRAL]) / control.period
+    assert 0.0 < np.abs(rates).max() < 0.02
+    refuse_unstable(control, scene)
+    run = hp.simulate(scene, control, duration=0.3, sample=0.02)
+    assert np.isfinite(run.q).all()
 
 
 @pytest.mark.parametrize("name", ["kharagpur", "athena"])

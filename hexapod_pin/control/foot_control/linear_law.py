@@ -55,7 +55,9 @@ class LinearLaw:
     fields: tuple[str, ...]
 
     @classmethod
-    def of(cls, law: FootControlLaw, scene: Any, stance: StanceModel, period: float) -> LinearLaw:
+    def of(
+        cls, law: FootControlLaw, scene: Any, stance: StanceModel, period: float, share: float = 1.0
+    ) -> LinearLaw:
         """Return the linear law.
 
         Args:
@@ -63,6 +65,7 @@ class LinearLaw:
             scene: whose robot stands.
             stance: its static forces; feet without load are planned to swing.
             period: between ticks [s].
+            share: of the targets' tangential forces that the feet have [-].
         """
         six = leg_group(scene.robot)
         table = _standing_plan(six.neutral_feet, _loads_by_leg(scene, stance) > 0.0)
@@ -70,6 +73,8 @@ class LinearLaw:
         settled = law.first_memory()[None]
         for _ in range(3):  # until its flags have settled
             settled = _tick(law, table, {k: value[None] for k, value in point.items()}, settled)[1]
+            aimed = share * law.targets(settled[0])[_legs_of_feet(scene)] * [1.0, 1.0, 0.0]
+            point = _readings(scene, stance, aimed)
         sizes = {name: 3 if name == "rotation" else part.size for name, part in point.items()}
         count, width = settled.size, sum(sizes.values())
         nudges = NUDGE * np.eye(count + width)
@@ -87,6 +92,12 @@ class LinearLaw:
     def size(self) -> int:
         """Numbers in the memory."""
         return len(self.memory)
+
+
+def _legs_of_feet(scene: Any) -> list[int]:
+    """Return the place of each foot's leg among the legs in gait order."""
+    feet = [scene.robot.leg(leg.name).foot for leg in leg_group(scene.robot).legs]
+    return [feet.index(foot.name) for foot in scene.robot.feet]
 
 
 def _loads_by_leg(scene: Any, stance: StanceModel) -> Array:
@@ -107,13 +118,15 @@ def _standing_plan(feet: Array, stands: NDArray[np.bool_]) -> WalkTable:
     return table
 
 
-def _readings(scene: Any, stance: StanceModel) -> dict[str, Array]:
-    """Return the readings of a standing robot, a row."""
+def _readings(scene: Any, stance: StanceModel, aside: Array | float = 0.0) -> dict[str, Array]:
+    """Return the readings of a standing robot, a row; `aside`: tangential forces (F, 3) [N]."""
     robot, none = scene.robot, np.zeros(len(scene.robot.joint_names))
     up = np.array([0.0, 0.0, 1.0])
+    sideways = np.zeros((len(robot.feet), 3)) + aside
+    torque = stance.torque - np.einsum("fkn,fk->n", stance.jacobian[:, :, 6:], sideways)
     values = (
-        robot.posture, none, stance.torque, np.eye(3), np.zeros(3), stance.gravity * up,
-        stance.load[:, None] * up,
+        robot.posture, none, torque, np.eye(3), np.zeros(3), stance.gravity * up,
+        stance.load[:, None] * up + sideways,
     )  # fmt: skip
     return dict(zip(READINGS, map(np.asarray, values), strict=True))
 
@@ -287,14 +300,13 @@ class LinearLoop:
 
         Args:
             law: the controller.
-            drift_time: what grows without swinging, slower than by e in this time, is neutral [s].
+            drift_time: what neither grows by e nor turns by 1 rad in this time is neutral [s].
         """
         eigenvalues = np.linalg.eigvals(self.matrix(law))
-        least = max(NEUTRAL, math.expm1(self.period / drift_time))
-        drifts = (eigenvalues.imag == 0.0) & (eigenvalues.real > 1.0 - NEUTRAL)
-        neutral = drifts & (eigenvalues.real < 1.0 + least)
-        neutral |= np.abs(eigenvalues - 1.0) < NEUTRAL
-        return float(np.abs(eigenvalues[~neutral]).max(initial=0.0))
+        away, size = np.abs(eigenvalues - 1.0), np.abs(eigenvalues)
+        least = math.expm1(self.period / drift_time)  # two drifts alike may be a pair: no swing
+        neutral = (away < NEUTRAL) | (away < least) & (size > 1.0 - NEUTRAL)
+        return float(size[~neutral].max(initial=0.0))
 
 
 def _directions(columns: Array) -> Array:

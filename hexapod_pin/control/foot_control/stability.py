@@ -43,6 +43,10 @@ restitution are damped as by their touch speed, and the loop is to be stable wit
 FAR = 1e9
 """Limits of the linear law: it has none [m]."""
 
+WITHIN = 0.5
+"""Share of their targets that feet carry about which the law is linear whose slip correction
+leaves all between none and the targets [-]: from there it corrects across that alone."""
+
 KEPT_ROBOTS = 16
 """How many robots' loops are cached."""
 
@@ -110,7 +114,10 @@ def linear_law(control: ControlParts, scene: Any, stance: StanceModel) -> Linear
         scene.servos.model_dump_json(),
         lambda: leg_chains(scene, dry_friction=False),
     )
-    return LinearLaw.of(native_law(scene, settings, chains), scene, stance, control.period)
+    law, targets = native_law(scene, settings, chains), control.force_targets
+    between = targets is not None and targets.deviation == "segment"
+    share = WITHIN if between else 1.0
+    return LinearLaw.of(law, scene, stance, control.period, share)
 
 
 def spectral_radius(

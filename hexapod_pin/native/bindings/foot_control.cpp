@@ -235,6 +235,15 @@ void bind_foot_control(nb::module_& m) {
         each_number(memory, [&](double& x) { *to++ = x; });
         return row;
       })
+      .def_static("targets", [](const VectorXd& row) {
+        if (std::size_t(row.size()) != memory_size()) throw std::invalid_argument("a memory of another size");
+        ControlMemory memory;
+        const double* from = row.data();
+        each_number(memory, [&](double& x) { x = *from++; });
+        RowMatrix out(kLegs, 3);
+        for (int l = 0; l < kLegs; ++l) out.row(l) = memory.leg[l].target.transpose();
+        return out;
+      }, "memory"_a, "Forces that the feet are to carry (6, 3) [N], trunk axes.")
       .def("update", &update_rows, "table"_a, "time"_a, "q"_a, "v"_a, "torque"_a, "rotation"_a, "rate"_a,
            "acceleration"_a, "foot_force"_a, "before"_a, "after"_a, "targets"_a,
            "Targets of the feet, their rates, offsets of the joints and of their rates (B, 6, 12) [m, m/s, rad, "

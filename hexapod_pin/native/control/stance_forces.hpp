@@ -1,6 +1,7 @@
 // What of the feet's forces serves nothing: the tangential forces with which feet work against each other.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <array>
 #include <cmath>

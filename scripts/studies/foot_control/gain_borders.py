@@ -6,12 +6,13 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 import hexapod_pin as hp
 from hexapod_pin.control.foot_control.controller import FootControl
-from hexapod_pin.control.foot_control.parameters import SlipPid, VirtualSuspension
+from hexapod_pin.control.foot_control.parameters import ForceTargets, SlipPid, VirtualSuspension
 from hexapod_pin.control.foot_control.stability import (
     PARAMETERS,
     parameter_value,
@@ -30,10 +31,27 @@ from studies.foot_control.standing_growth import (
 from studies.study import RESULTS, StudyReport
 
 ROBOTS = ("kharagpur", "athena")
-QUANTITIES = ("suspension.stiffness", "suspension.frequency", "slip.ki")
+TARGETS, BOTH_WAYS = ", force targets", ", force targets, both ways"
+"""Beside what a parameter stands: `ForceTargets`, with the default deviation or with "target"."""
+
+QUANTITIES = (
+    "suspension.stiffness", "suspension.frequency", "slip.ki",
+    f"suspension.frequency{TARGETS}", f"slip.ki{TARGETS}", f"slip.ki{BOTH_WAYS}",
+)  # fmt: skip
+"""Parameters of `stable_range`, and what stands beside their part."""
+
 FIGURE = RESULTS / "gain_borders.svg"
 MARGIN = 0.1
-"""Largest difference between the predicted border and that of the simulation, as a share."""
+"""Within which of the predicted border that of the simulation is searched, as a share."""
+
+ASKED = 0.02
+"""Largest difference between them, as a share."""
+
+DRIFT_TIME = 10.0
+"""What neither grows by e nor turns by 1 rad in this time is a drift, not shaking [s]."""
+
+COLUMNS = 3
+"""Of the figure's panels."""
 
 CALM_FREQUENCY, CALM_SHARE = 0.5, 0.05
 """With which a robot settles: frequency of the suspension [Hz], share of a gain's border."""
@@ -47,7 +65,7 @@ class Border:
         robot: name of the robot.
         contact: name of the contact.
         delay: of the command [s].
-        quantity: the parameter.
+        quantity: of `QUANTITIES`.
         predicted: its value at the border; nan: none.
         simulated: the same by simulation; nan: not within `MARGIN` of it.
         rates: growth [1/s] predicted and simulated at 0.9 and at 1.1 times the border.
@@ -66,7 +84,7 @@ class Border:
     @property
     def met(self) -> bool:
         """Whether the simulation grows on one side, decays on the other, and agrees."""
-        return abs(self.simulated / self.predicted - 1.0) <= MARGIN
+        return abs(self.simulated / self.predicted - 1.0) <= ASKED
 
     def row(self) -> list[str]:
         """Return the cells of its row."""
@@ -81,32 +99,43 @@ class Border:
 
 def controller(quantity: str, delay: float) -> UnrefusedFootControl:
     """Return the controller that has a parameter, with everything else as by default."""
-    if quantity.startswith("slip"):
-        return UnrefusedFootControl(STAND, slip=SlipPid(), delay=delay)
-    return UnrefusedFootControl(STAND, suspension=VirtualSuspension(), delay=delay)
+    parameter, _, beside = quantity.partition(",")
+    own: dict[str, Any] = (
+        {"slip": SlipPid()} if parameter.startswith("slip") else {"suspension": VirtualSuspension()}
+    )
+    if beside:
+        deviation = "target" if quantity.endswith(BOTH_WAYS) else "segment"
+        own["force_targets"] = ForceTargets(deviation=deviation)
+    return UnrefusedFootControl(STAND, delay=delay, **own)
+
+
+def parameter_of(quantity: str) -> str:
+    """Return the name of a parameter without what stands beside it."""
+    return quantity.partition(",")[0]
 
 
 def predicted_border(control: FootControl, scene: hp.Scene, quantity: str) -> float:
     """Return the border of a parameter of feet put down gently; the upper one where there is."""
-    low, high = stable_range(control, scene, quantity, touch_speed=0.0)
+    name = parameter_of(quantity)
+    low, high = stable_range(control, scene, name, touch_speed=0.0, drift_time=DRIFT_TIME)
     return high if math.isfinite(high) else low or math.nan
 
 
 def find_border(robot: str, contact: str, delay: float, quantity: str) -> Border:
     """Return a border as predicted and as simulated."""
     scene = hp.Scene(hp.load_robot(robot), contact=hp.Contact.preset(contact))
-    control = controller(quantity, delay)
+    control, name = controller(quantity, delay), parameter_of(quantity)
     predicted = predicted_border(control, scene, quantity)
-    at = {share: with_parameter(control, quantity, share * predicted) for share in (0.9, 1.1)}
+    at = {share: with_parameter(control, name, share * predicted) for share in (0.9, 1.1)}
     stands: dict[float, Stand] = {}
     simulated: dict[float, float] = {}
 
     def growth(value: float) -> float:
         if value not in simulated:
-            changed = with_parameter(control, quantity, value)
-            key = value if quantity == "suspension.stiffness" else 0.0  # its rest depends on it
+            changed = with_parameter(control, name, value)
+            key = value if name == "suspension.stiffness" else 0.0  # its rest depends on it
             if key not in stands:
-                stands[key] = Stand.settled(scene, _calm(changed, quantity, predicted))
+                stands[key] = Stand.settled(scene, _calm(changed, name, predicted))
             simulated[value] = stands[key].growth(changed)
         return simulated[value]
 
@@ -117,15 +146,15 @@ def find_border(robot: str, contact: str, delay: float, quantity: str) -> Border
         )
         for share, changed in at.items()
     )
-    found = border(lambda value: growth(value) > 0.0, 0.9 * predicted, 1.1 * predicted)
-    own = parameter_value(control, scene, quantity)
+    found = border(lambda value: growth(value) > 1.0 / DRIFT_TIME, 0.9 * predicted, 1.1 * predicted)
+    own = parameter_value(control, scene, name)
     return Border(robot, contact, delay, quantity, predicted, found, (rates[0], rates[1]), own)
 
 
-def _calm(control: FootControl, quantity: str, predicted: float) -> FootControl:
+def _calm(control: FootControl, name: str, predicted: float) -> FootControl:
     """Return the same controller with gains so low that it settles."""
-    if quantity.startswith("slip"):
-        return with_parameter(control, quantity, CALM_SHARE * predicted)
+    if name.startswith("slip"):
+        return with_parameter(control, name, CALM_SHARE * predicted)
     return with_parameter(control, "suspension.frequency", CALM_FREQUENCY)
 
 
@@ -133,18 +162,21 @@ def gain_borders(
     *,
     robots: str = ",".join(ROBOTS),
     contacts: str = "accurate,s1",
-    quantities: str = ",".join(QUANTITIES),
+    quantities: str = ";".join(QUANTITIES),
     delays: str = "0,5,10,20",
     figure: Path = FIGURE,
     points: int = 6,
 ) -> StudyReport:
-    """Borders of gains, predicted and simulated; delays [ms], file of the figure, its points."""
+    """Borders of gains, predicted and simulated.
+
+    Delays [ms]; quantities, with semicolons between them; file of the figure, and its points.
+    """
     times = [1e-3 * float(delay) for delay in delays.split(",")]
     found = [
         find_border(robot, contact, delay, quantity)
         for contact in contacts.split(",")
         for robot in robots.split(",")
-        for quantity in quantities.split(",")
+        for quantity in quantities.split(";")
         for delay in times
     ]
     draw(found, figure, points)
@@ -153,7 +185,8 @@ def gain_borders(
         "growth at 0.9 [1/s]", "at 1.1", "verdict",
     ]  # fmt: skip
     worst = max(abs(one.simulated / one.predicted - 1.0) for one in found)
-    units = ", ".join(f"{name} [{PARAMETERS[name]}]" for name in QUANTITIES)
+    names = dict.fromkeys(map(parameter_of, QUANTITIES))
+    units = ", ".join(f"{name} [{PARAMETERS[name]}]" for name in names)
     return StudyReport(
         "Gains up to which a robot stands still",
         [
@@ -164,7 +197,11 @@ def gain_borders(
             "legs shake. "
             "-inf: at rest before it could be watched. What decays without swinging (contacts of "
             "feet put down gently settle in about 1 s) can hide a faster decay of the oscillation. "
-            f"Largest difference {100.0 * worst:.1f} %, at most {100.0 * MARGIN:g} % asked for.",
+            "Force targets do not know the sole, which would put feet down anew; both ways: the "
+            'slip correction takes deviations from the targets themselves (`deviation="target"`), '
+            "and feet have no rest where contacts creep (s1). What neither grows by e nor turns "
+            f"by 1 rad in {DRIFT_TIME:g} s is a drift, not shaking. "
+            f"Largest difference {100.0 * worst:.1f} %, at most {100.0 * ASKED:g} % asked for.",
             Table("", head, [one.row() for one in found]),
             Table(
                 "Default gains: growth [1/s] of feet put down at 0 and 0.1 m/s; below 0: stable",
@@ -200,14 +237,15 @@ def draw(found: Sequence[Border], path: Path, points: int) -> None:
     """Draw predicted borders over delays of whole ticks, and the simulated ones on them."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(12.0, 4.0), layout="constrained")
+    figure = Figure(figsize=(12.0, 8.0), layout="constrained")
     quantities, robots, contacts = (
         list(dict.fromkeys(getattr(one, name) for one in found))
         for name in ("quantity", "robot", "contact")
     )
-    panels = figure.subplots(1, len(quantities), squeeze=False)[0]
+    rows = math.ceil(len(quantities) / COLUMNS)
+    panels = figure.subplots(rows, min(COLUMNS, len(quantities)), squeeze=False).ravel()
     delays = np.linspace(0.0, 0.025, points)
-    for panel, quantity in zip(panels, quantities, strict=True):
+    for panel, quantity in zip(panels, quantities, strict=False):
         for colour, robot in enumerate(robots):
             for contact, line, marker in zip(contacts, ("-", "--", ":"), "os^", strict=False):
                 scene = hp.Scene(hp.load_robot(robot), contact=hp.Contact.preset(contact))
@@ -226,9 +264,10 @@ def draw(found: Sequence[Border], path: Path, points: int) -> None:
                     [1e3 * one.delay for one in own], [one.simulated for one in own], marker,
                     color=f"C{colour}", fillstyle="none",
                 )  # fmt: skip
-        side = "above" if quantity == "suspension.stiffness" else "below"
-        panel.set(xlabel="delay [ms]", ylabel=f"{quantity} [{PARAMETERS[quantity]}]", yscale="log")
-        panel.set_title(f"stable {side}", fontsize="medium")
+        name, _, beside = quantity.partition(",")
+        side = "above" if name == "suspension.stiffness" else "below"
+        panel.set(xlabel="delay [ms]", ylabel=f"{name} [{PARAMETERS[name]}]", yscale="log")
+        panel.set_title(f"stable {side}{beside and ';' + beside}", fontsize="medium")
         panel.grid(alpha=0.3, which="both")
     handles, labels = panels[0].get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=4, fontsize="small")
