@@ -10,7 +10,7 @@ import pytest
 from foot_control_runs import reading, recall, robot
 from refusals import refused
 from scipy.spatial.transform import Rotation
-from test_foot_control_parts import PUSHED, T, loads_on, made, statics, ticks
+from test_foot_control_parts import PUSHED, SERVO, T, loads_on, made, statics, ticks
 
 import hexapod_pin as hp
 from hexapod_pin.control import leg_group
@@ -265,6 +265,18 @@ def test_offsets_are_the_torques_of_the_targets(name):
     assert np.square(torque / effort).sum() < np.square(vertical_only / effort).sum()
 
 
+def test_offsets_follow_from_the_servos_that_are_counted_on():
+    """A controller that believes in 0.7 of the stiffness offsets its set-points by 1 / 0.7."""
+    aim = hp.foot_control.ForceTargets()
+    weak = SERVO.stiffer(0.7)
+    plain, other = (
+        law.tick(0.0, loads_on("kharagpur", PUSHED), law.first_memory(1))[0][0, :, 6:9]
+        for law in (made(force_targets=aim), made(force_targets=aim, servo=weak))
+    )
+    assert np.abs(plain).max() > 1e-4
+    assert other == pytest.approx(plain / 0.7, rel=1e-12)
+
+
 def test_soles_are_pushed_into_the_ground():
     """By (f_n / K)^(1/e) along the normal, against f_t / k_t along the ground."""
     sole = hp.foot_control.Sole(stiffness=2e5, exponent=1.5, sliding_stiffness=4e4)
@@ -401,6 +413,7 @@ def test_targets_are_read_back_from_text(tmp_path):
     control = hp.FootControl(
         hp.Gait.tripod(), slip=hp.foot_control.SlipPid(),
         force_targets=hp.foot_control.ForceTargets(sole=hp.foot_control.Sole(stiffness=1e6)),
+        servo=hp.Servo(kp=50.0, kd={"coxa": 1.0, "femur": 1.5, "tibia": 1.0}),
     )  # fmt: skip
     case = hp.Case(hp.Scene(robot("athena")), control, duration=0.2, accuracy=1e-4)
     case.save(tmp_path / "case.toml")

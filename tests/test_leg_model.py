@@ -95,7 +95,7 @@ def test_the_standing_centre_and_the_give_of_feet(name):
     assert standing_centre(robot(name)) == pytest.approx(moment / robot(name).total_mass, abs=1e-12)
     kp = np.linspace(20.0, 60.0, 18)
     scene = hp.Scene(robot(name), servo=hp.Servo(kp=list(kp), kd=1.0))
-    six, stiffness = leg_group(robot(name)), foot_stiffness(scene)
+    six, stiffness = leg_group(robot(name)), foot_stiffness(scene.robot, scene.servos)
     for leg, index, matrix in zip(six.legs, six.joint_index, stiffness, strict=True):
         force = np.array([1e-4, 2e-4, -3e-4])
         q = np.asarray(robot(name).posture)[index]

@@ -93,12 +93,19 @@ def test_medians_are_judged_where_one_was_asked_for() -> None:
 def test_draws_repeat_and_can_be_walked_in_all_postures() -> None:
     robots = {OWN: hp.load_robot("kharagpur")}
     size = Size(
-        ("kharagpur",), (OWN,), ("bumps", "soil", DRY), ("accurate", "s1"), (0.005,), 4, 3, {}
+        ("kharagpur",),
+        (OWN,),
+        ("bumps", "soil", DRY),
+        ("accurate", "s1"),
+        (0.005,),
+        dict.fromkeys(("bumps", "soil", DRY), 4),
+        3,
+        {},
     )
     first, again = (draws(robots, "kharagpur", "bumps", size) for _ in range(2))
     assert [one.gait for one in first] == [one.gait for one in again]
     assert [one.seed for one in first] == [one.seed for one in again]
-    fewer = draws(robots, "kharagpur", "bumps", replace(size, draws=2))
+    fewer = draws(robots, "kharagpur", "bumps", replace(size, draws={"bumps": 2}))
     assert [one.seed for one in fewer] == [one.seed for one in first[:2]]
     assert len({one.seed for one in first}) == 4
     for one in first:

@@ -12,7 +12,12 @@ import numpy as np
 from hexapod_pin.arguments import checked, every_step
 from hexapod_pin.arrays import digest
 from hexapod_pin.control.feedback import Command, Measurement
-from hexapod_pin.control.foot_control.law import TARGET_SIZE, law_settings, native_law
+from hexapod_pin.control.foot_control.law import (
+    TARGET_SIZE,
+    assumed_servo,
+    law_settings,
+    native_law,
+)
 from hexapod_pin.control.foot_control.leg_model import (
     PlannedWalk,
     first_posture,
@@ -147,12 +152,13 @@ def ready_law(control: FootControl, scene: Any, *, refuse: bool = True) -> Ready
         GaitError, ReachError: the robot cannot walk the plan.
     """
     robot, six = scene.robot, leg_group(scene.robot)
-    stiffness = scene.servos.gains(robot)[0][six.joint_index]
-    if not (stiffness > 0.0).all():
-        raise ParameterError(
-            "Servo.kp", float(stiffness.min()), "above 0 N m/rad at the joints of legs",
-            "Foot control moves feet through their servos.",
-        )  # fmt: skip
+    for servo in (scene.servos, assumed_servo(control, scene)):
+        stiffness = servo.gains(robot)[0][six.joint_index]
+        if not (stiffness > 0.0).all():
+            raise ParameterError(
+                "Servo.kp", float(stiffness.min()), "above 0 N m/rad at the joints of legs",
+                "Foot control moves feet through their servos.",
+            )  # fmt: skip
     control = with_stable_gains(control, scene)
     if refuse:
         refuse_unstable(control, scene)
@@ -189,6 +195,8 @@ class FootControl(ControlParts):
         levelling: keeps the trunk level.
         force: how the robot obtains the forces on its feet.
         sensors: its sensors; None: ideal ones.
+        servo: whose gains kp and kd it counts on; None: the scene's. Other gains are an error of
+            its model: the joints have those of the scene.
         load_time: in which a foot takes up its share of the weight about its touch-down, and gives
             it back about its lift-off [s]. The default is *assumed*.
         period: time between ticks [s].

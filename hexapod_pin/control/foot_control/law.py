@@ -14,6 +14,7 @@ from hexapod_pin.ground.contact import StickSlip
 
 if TYPE_CHECKING:
     from hexapod_pin.control.foot_control.parameters import ControlParts
+    from hexapod_pin.drive.servo import Servo
     from hexapod_pin.native import FootControlLaw, FootControlSettings, LegChain
 
 TARGET_SIZE = 12
@@ -39,6 +40,12 @@ def weight_of(scene: Any) -> float:
     return float(scene.robot.total_mass * np.linalg.norm(scene.gravity))
 
 
+def assumed_servo(control: ControlParts, scene: Any) -> Servo:
+    """Return the servos whose gains a controller counts on: its own, or those of the scene."""
+    servo: Servo = scene.servos if control.servo is None else control.servo
+    return servo
+
+
 def slip_bandwidth(control: ControlParts) -> float:
     """Return the bandwidth that gains of the slip correction follow where none are given [Hz]."""
     slip = control.slip
@@ -59,7 +66,8 @@ def slip_gains(control: ControlParts, scene: Any) -> tuple[float, float, float]:
     assert slip is not None
     gain = 1.0
     if slip.signal == "force":
-        gain = float(np.linalg.eigvalsh(foot_stiffness(scene)[:, :2, :2]).max())
+        stiffness = foot_stiffness(scene.robot, assumed_servo(control, scene))
+        gain = float(np.linalg.eigvalsh(stiffness[:, :2, :2]).max())
     lag = 1.0 / (2.0 * math.pi * slip_bandwidth(control))
     integral = 1.0 / (gain * (lag + effective_delay(control)))
     return (
@@ -105,7 +113,7 @@ def law_settings(control: ControlParts, scene: Any) -> FootControlSettings:
     out.weight, out.gravity = weight, float(np.linalg.norm(scene.gravity))
     out.trunk_moment = trunk_moment(robot)
     out.load_time = control.load_time
-    kp, kd = (part[six.joint_index] for part in scene.servos.gains(robot))
+    kp, kd = (part[six.joint_index] for part in assumed_servo(control, scene).gains(robot))
     out.give, out.lag = list(1.0 / kp), list(kd / kp)
     out.anticipates = control.slip is not None and control.slip.anticipates
     if control.force_targets is not None:

@@ -86,17 +86,17 @@ def trunk_moment(robot: Robot) -> Array:
     return moment
 
 
-def foot_stiffness(scene: Any) -> Array:
-    """Return the stiffness of each standing foot that its servos give it, base axes [N/m].
+def foot_stiffness(robot: Robot, servo: Any) -> Array:
+    """Return the stiffness of each standing foot that servos give it, base axes [N/m].
 
     (J diag(1 / kp) J^T)^-1 in the standing posture, the contact's own compliance aside.
 
     Returns:
         Shape (6, 3, 3).
     """
-    six = leg_group(scene.robot)
+    six = leg_group(robot)
     jacobian = six.kinematics.jacobian(six.kinematics.posture[:, None])[:, 0]
-    kp = scene.servos.gains(scene.robot)[0][six.joint_index]
+    kp = servo.gains(robot)[0][six.joint_index]
     compliance = jacobian @ (np.swapaxes(jacobian, 1, 2) / kp[..., None])
     return np.asarray(np.linalg.inv(compliance))
 

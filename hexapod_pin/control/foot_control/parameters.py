@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Field, NonNegativeFloat, PositiveFloat, field_validator, model_serializer
 
 from hexapod_pin.control.sensors import Sensors
+from hexapod_pin.drive.servo import Servo
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.spec import Spec
@@ -284,7 +285,7 @@ class FootForceSensing(_Sparse):
 PARTS = {
     "slip": SlipPid, "force_targets": ForceTargets, "suspension": VirtualSuspension,
     "touch_down": TouchDown,
-    "levelling": Levelling, "force": FootForceSensing, "sensors": Sensors,
+    "levelling": Levelling, "force": FootForceSensing, "sensors": Sensors, "servo": Servo,
 }  # fmt: skip
 """The parts of foot control that are parameter sets."""
 
@@ -308,6 +309,7 @@ class ControlParts(Immutable):
     levelling: Levelling | None = field(default=None, kw_only=True)
     force: FootForceSensing = field(default_factory=FootForceSensing, kw_only=True)
     sensors: Sensors | None = field(default=None, kw_only=True)
+    servo: Servo | None = field(default=None, kw_only=True)
     load_time: float = field(default=0.07, kw_only=True)
     period: float = field(default=0.005, kw_only=True)
     delay: float = field(default=0.0, kw_only=True)
