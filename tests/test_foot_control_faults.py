@@ -130,15 +130,22 @@ def test_feet_held_over_a_deep_groove_search_to_their_limit(name):
     assert walked.q[-1, 0] > 0.3 and np.abs(walked.q[-1, 3:5]).max() < 0.05
 
 
-@pytest.mark.parametrize(("name", "lost"), [("athena", 0.0), ("kharagpur", 2.0)])
-def test_a_leg_lost_leaves_a_robot_that_walks_on(name, lost):
+TARGETS = {
+    "slip": hp.foot_control.SlipPid(),
+    "force_targets": hp.foot_control.ForceTargets(sole="contact"),
+}
+SLOW = {"slip": hp.foot_control.SlipPid(bandwidth=4.0)}
+
+
+@pytest.mark.parametrize(
+    ("name", "lost", "parts"),
+    [("athena", 0.0, SLOW), ("kharagpur", 2.0, SLOW), ("athena", 2.0, TARGETS)],
+)
+def test_a_leg_lost_leaves_a_robot_that_walks_on(name, lost, parts):
     """Five legs in a wave; the sixth drags its own weight, the others carry the rest."""
     scene = hp.Scene(robot(name), loads=[hp.LostLeg("lm", lost)])
     gait = hp.Gait.wave(lift=0.03, cycle_time=3.0)
-    control = hp.FootControl(
-        gait, touch_down=hp.foot_control.TouchDown(), slip=hp.foot_control.SlipPid(bandwidth=4.0)
-    )
-    run = Recorded(control)
+    run = Recorded(hp.FootControl(gait, touch_down=hp.foot_control.TouchDown(), **parts))
     trace = hp.simulate(scene, run, duration=6.0, sample=0.02)
     weight, late = 9.81 * robot(name).total_mass, trace.time > 3.0
     force = trace.foot_force[late][:, foot_order(name), 2]
