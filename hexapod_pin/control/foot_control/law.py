@@ -113,8 +113,10 @@ def law_settings(control: ControlParts, scene: Any) -> FootControlSettings:
     out.weight, out.gravity = weight, float(np.linalg.norm(scene.gravity))
     out.trunk_moment = trunk_moment(robot)
     out.load_time = control.load_time
-    kp, kd = (part[six.joint_index] for part in assumed_servo(control, scene).gains(robot))
-    out.give, out.lag = list(1.0 / kp), list(kd / kp)
+    stiffness, damping = (
+        part[six.joint_index] for part in assumed_servo(control, scene).gains(robot)
+    )
+    out.give, out.lag = list(1.0 / stiffness), list(damping / stiffness)
     out.anticipates = control.slip is not None and control.slip.anticipates
     if control.force_targets is not None:
         _aim(out, control, scene)

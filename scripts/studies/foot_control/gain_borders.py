@@ -104,8 +104,8 @@ def controller(quantity: str, delay: float) -> UnrefusedFootControl:
         {"slip": SlipPid()} if parameter.startswith("slip") else {"suspension": VirtualSuspension()}
     )
     if beside:
-        deviation = "target" if quantity.endswith(BOTH_WAYS) else "segment"
-        own["force_targets"] = ForceTargets(deviation=deviation)
+        both = quantity.endswith(BOTH_WAYS)
+        own["force_targets"] = ForceTargets(deviation="target" if both else "segment")
     return UnrefusedFootControl(STAND, delay=delay, **own)
 
 

@@ -57,8 +57,8 @@ def s1_comparison(
     """S1's claims, part by part, on gaits and grounds drawn from a seed.
 
     A ground may have a number of draws of its own, such as "flat,bumps,soil=3". With a store (an
-    SQLite file) finished runs are kept, and the study continues where it was
-    stopped. `quick` takes one robot, one ground, 5 ms and fixed steps of 5 ms.
+    SQLite file) finished runs are kept, and the study continues where it was stopped; runs that
+    failed are run again. `quick` takes one robot, one ground, 5 ms and fixed steps of 5 ms.
     """
     drawn = _draws("flat,bumps" if quick else grounds, min(draws, 2) if quick else draws)
     size = Size(
@@ -73,7 +73,7 @@ def s1_comparison(
     )
     how: dict[str, Any] = {"threads": threads}
     if store != Path():
-        how |= {"store": store, "resume": store.exists()}
+        how |= {"store": store, "resume": store.exists(), "retry_failed": store.exists()}
     found = Found.of(size, **how)
     changes = cell_changes(found)
     lost = failures(found.comparison)

@@ -71,7 +71,7 @@ def parts(servo: hp.Servo | None = None) -> dict[str, dict[str, Any]]:
         for name, share in WRONG.items():
             found[name] = {**aimed, "servo": servo.stiffer(share)}
     sensing, sensors = room.FootForceSensing, hp.sensors
-    noise = {name: sensors.Sensor(noise=size) for name, size in NOISE.items()}
+    noise: dict[str, Any] = {name: sensors.Sensor(noise=size) for name, size in NOISE.items()}
     found[TORQUES] = {**whole, "force": sensing(source="torque", cutoff=CUTOFF)}
     found[CURRENTS] = {
         **whole, "force": sensing(source="current", cutoff=CUTOFF), "delay": LATE,
