@@ -91,6 +91,7 @@ def s1_comparison(
             conventional_table(found),
             ASKED,
             judged_table(changes),
+            REASONS,
             "Runs without numbers: " + ("; ".join(lost) if lost else "none") + ".",
         ],
         data={
@@ -156,6 +157,20 @@ currents: friction of the joints is not known, torques are noisy by 0.02 N m and
 (standard deviations), sensors and commands are 2 ms late each (all *assumed*). Rows: slip path,
 energy and vertical acceleration in each cell; asked for of another sole all of them, of another kp
 9 of 10."""
+
+REASONS = """\
+What misses, and why (further runs, seed 20261128).
+
+- *Medians of energy.* Strides are short here. Lifting a foot costs the same work at every stroke,
+  and targets save none of it: on flat ground they save 4 % at strokes of 40 to 50 mm and 8 % at 70
+  to 80 mm (medians), one point per 10 mm by regression over all walks. With 100 mm it is 13 %
+  (athena, tripod) and 9 % (kharagpur, tetrapod). Pushing soles down costs 1 to 4 points of energy,
+  so less is known of the sole, more is saved of energy, and less of all else.
+- *Slip path without parts, athena with S1's contact.* It is the error of the integration of
+  conventional control, which slips 2 to 4 % too far there at the default accuracy: at an accuracy
+  of 1e-6 both paths agree within 0.1 % (two gaits).
+- *Nothing asked, but worth knowing.* Where deviations are corrected both ways, feet on S1's contact
+  creep up to their targets in the robot's own posture, and slide as far as without."""
 
 INTRODUCTION = """\
 S1 corrects the positions of the feet by a PID on tangential contact forces, lets the legs yield to
