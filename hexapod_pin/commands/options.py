@@ -49,7 +49,7 @@ Record = Annotated[
     OptionalText,
     typer.Option(
         help="Samples to keep, separated by commas: torque, set_points, contacts, com, energy; "
-        "motion alone for none of them. Default: all."
+        "motion alone for none of them. Default: all. On request: sliding, current, temperature."
     ),
 ]
 Feet = Annotated[

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hexapod_pin.errors import ParameterError
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -100,6 +102,31 @@ def torque_limit(robot: Robot, servo: Servo) -> Array:
     stall = [m.stall_torque * m.voltage_ratio if m else np.inf for m in servo.motors(robot)]
     least: Array = np.minimum(np.minimum(torque_cap(robot, servo), robot.effort_limit), stall)
     return least
+
+
+def followed_motors(robot: Robot, servo: Servo, *, current: bool, temperature: bool) -> Array:
+    """Return `Motor.winding` of each joint, whose currents a run is to record (n, 7).
+
+    No rows where nothing is to be recorded.
+
+    Raises:
+        ParameterError: no motor has the constants for what is to be recorded.
+    """
+    nothing = np.zeros((0, 7))
+    if not (current or temperature):
+        return nothing
+    unknown = (np.nan,) * 7
+    rows = np.array([m.winding if m else unknown for m in servo.motors(robot)]).reshape(-1, 7)
+    for name, asked, known, needed in (
+        ("current", current, ~np.isnan(rows[:, 0]), "torque_constant"),
+        ("temperature", temperature, ~np.isnan(rows).any(axis=1),
+         "torque_constant, winding_resistance, thermal_resistance_winding, "
+         "thermal_resistance_housing, thermal_time_winding and thermal_time_housing"),
+    ):  # fmt: skip
+        if asked and not known.any():
+            allowed = f"recorded of motors whose constants are known: Servo(motor=Motor({needed}))"
+            raise ParameterError("record", name, allowed)
+    return rows
 
 
 def armature(robot: Robot, servo: Servo) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from pydantic import NonNegativeFloat, PositiveFloat, model_serializer
@@ -11,6 +12,10 @@ from hexapod_pin.spec import Spec
 
 if TYPE_CHECKING:
     from pydantic import SerializerFunctionWrapHandler
+
+
+AMBIENT = 25.0
+"""Temperature of the surroundings where none is given [deg C], *assumed*."""
 
 
 class Motor(Spec):
@@ -34,6 +39,14 @@ class Motor(Spec):
         dry_friction: Coulomb friction of motor and gear, at the joint, added to the URDF's [N m].
         peak_torque: largest torque at any speed, at the joint [N m]; None: no limit of its own.
         gear_friction: dry friction that depends on load and speed, beside `dry_friction`.
+        torque_constant: of the motor before the gear [N m/A]; with it a run can record currents.
+        winding_resistance: at 25 deg C [ohm]; with it and what follows, temperatures.
+        thermal_resistance_winding: from winding to housing [K/W].
+        thermal_resistance_housing: from housing to surroundings [K/W].
+        thermal_time_winding: time constant of the winding [s].
+        thermal_time_housing: time constant of the housing [s].
+        ambient: temperature of the surroundings, and of the motor where a run begins [deg C];
+            None: 25, *assumed*.
     """
 
     stall_torque: PositiveFloat
@@ -45,11 +58,35 @@ class Motor(Spec):
     dry_friction: NonNegativeFloat = 0.0
     peak_torque: PositiveFloat | None = None
     gear_friction: GearFriction | None = None
+    torque_constant: PositiveFloat | None = None
+    winding_resistance: PositiveFloat | None = None
+    thermal_resistance_winding: PositiveFloat | None = None
+    thermal_resistance_housing: PositiveFloat | None = None
+    thermal_time_winding: PositiveFloat | None = None
+    thermal_time_housing: PositiveFloat | None = None
+    ambient: float | None = None
 
     @property
     def armature(self) -> float:
         """What the rotor adds to the joint's inertia [kg m^2]."""
         return self.rotor_inertia * self.gear_ratio**2
+
+    @property
+    def winding(self) -> tuple[float, ...]:
+        """What a run follows the winding by, NaN where it is not known.
+
+        Current per torque of the joint [A/(N m)], resistance at 25 deg C [ohm], thermal
+        resistances from winding to housing and to the surroundings [K/W], time constants of
+        winding and housing [s], temperature of the surroundings [deg C].
+        """
+        constant = self.torque_constant
+        found = (
+            None if constant is None else 1.0 / (constant * self.gear_ratio),
+            self.winding_resistance, self.thermal_resistance_winding,
+            self.thermal_resistance_housing, self.thermal_time_winding, self.thermal_time_housing,
+            AMBIENT if self.ambient is None else self.ambient,
+        )  # fmt: skip
+        return tuple(math.nan if value is None else float(value) for value in found)
 
     @model_serializer(mode="wrap")
     def _without_none(self, dump: SerializerFunctionWrapHandler) -> dict[str, object]:

@@ -48,8 +48,17 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "contacts": ("foot_position", "foot_force", "foot_gap", "foot_normal", "foot_impulse"),
     "com": ("com",),
     "energy": ("energy",),
+    "sliding": ("slip_speed",),
+    "current": ("current",),
+    "temperature": ("temperature",),
 }
 """Arrays of a trace by the group they are recorded with, in the order of lists of groups."""
+
+ON_REQUEST = ("sliding", "current", "temperature")
+"""Groups that are recorded only where they are named."""
+
+USUAL = tuple(group for group in GROUPS if group not in ON_REQUEST)
+"""Groups that are recorded where none is named."""
 
 ALWAYS = "motion"
 """Recorded whatever is chosen: without it there is no trace."""
@@ -58,7 +67,7 @@ GROUP_OF = {array: group for group, arrays in GROUPS.items() for array in arrays
 
 
 def recorded_groups(chosen: Iterable[str] | None) -> tuple[str, ...] | None:
-    """Return chosen groups in the order of `GROUPS`, `ALWAYS` left out; None where all are.
+    """Return chosen groups in the order of `GROUPS`, `ALWAYS` left out; None: the usual ones.
 
     Raises:
         ParameterError: an unknown group, or a single text in the place of several.
@@ -77,12 +86,10 @@ def recorded_groups(chosen: Iterable[str] | None) -> tuple[str, ...] | None:
         if not isinstance(name, str) or name not in GROUPS:
             raise ParameterError("record", name, f"some of {known}")
     stored = tuple(name for name in GROUPS if name in names and name != ALWAYS)
-    return None if len(stored) == len(GROUPS) - 1 else stored
+    return None if (ALWAYS, *stored) == USUAL else stored
 
 
 def left_out(recorded: Sequence[str] | None) -> tuple[str, ...]:
     """Return the arrays that a choice of groups, as `recorded_groups` gives it, leaves out."""
-    if recorded is None:
-        return ()
-    stored = (ALWAYS, *recorded)
+    stored = USUAL if recorded is None else (ALWAYS, *recorded)
     return tuple(array for array, group in GROUP_OF.items() if group not in stored)

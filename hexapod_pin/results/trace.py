@@ -19,8 +19,10 @@ from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import NotRecordedError, ParameterError
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.error_estimate import QUANTITIES, ErrorEstimate
+from hexapod_pin.results.peak_states import PeakStates
+from hexapod_pin.results.requested_samples import RequestedSamples
 from hexapod_pin.results.result_files import CSV, NETCDF, Column, Group, check_ending, write_netcdf
-from hexapod_pin.results.run_facts import ALWAYS, GROUP_OF, GROUPS
+from hexapod_pin.results.run_facts import ALWAYS, GROUP_OF, GROUPS, ON_REQUEST, USUAL
 from hexapod_pin.results.run_record import UNKNOWN, Event, JointLimits, RunRecord
 from hexapod_pin.results.schema import Record, quantity, require_known, schema
 from hexapod_pin.results.summary import Summary
@@ -72,6 +74,10 @@ class Trace(Record):  # noqa: PLW1641  # no record has a hash
         run: how the trace came about: robot, scene, controller, method, what is assumed.
         error: estimated error of the samples; None where a run was not compared with another.
         gathered: what the run came to, which `summary` gives; None where none was gathered.
+        peaks: the states in which the joints' torques were largest; None where none were kept:
+            without torques, or by another simulator than the core.
+        requested: samples that are recorded only where they are named, which `slip_speed`,
+            `current` and `temperature` give; None where none were.
 
     Raises:
         ParameterError: an array has the wrong shape, times do not increase, or an energy is
@@ -112,9 +118,11 @@ class Trace(Record):  # noqa: PLW1641  # no record has a hash
         "of the foot forces since the sample before, world axes", nan=False, default=None)
     error: ErrorEstimate | None = None
     gathered: Summary | None = None
+    peaks: PeakStates | None = None
+    requested: RequestedSamples | None = None
     # fmt: on
 
-    _may_be_none: ClassVar[Collection[str]] = GROUP_OF  # what was not recorded
+    _may_be_none: ClassVar[Collection[str]] = [name for g in USUAL for name in GROUPS[g]]
 
     def __post_init__(self) -> None:
         """Check shapes, copy, and make read-only."""
@@ -130,6 +138,8 @@ class Trace(Record):  # noqa: PLW1641  # no record has a hash
             object.__setattr__(self, "energy", self._frozen_energy())
         counters = {name: np.asarray(value).item() for name, value in self.counters.items()}
         object.__setattr__(self, "counters", MappingProxyType(counters))
+        if self.requested is not None and self.requested.count != len(self.time):
+            raise ParameterError("Trace.requested", self.requested.count, "one row per sample")
         if self.error is not None and self.error.place.shape != self.time.shape:
             raise ParameterError("Trace.error", self.error.place.shape, "one row per sample")
         if np.any(np.diff(self.time) <= 0.0) or not np.all(np.isfinite(self.time)):
@@ -147,6 +157,8 @@ class Trace(Record):  # noqa: PLW1641  # no record has a hash
     def _leave_out(self) -> None:
         """Take away the arrays that are None: a group is there as a whole, or not at all."""
         for group, arrays in GROUPS.items():
+            if group in ON_REQUEST:
+                continue
             given = [name for name in arrays if getattr(self, name) is not None]
             if "foot_normal" in given and given == ["foot_normal"]:
                 given = []  # its default is no sample
@@ -173,7 +185,7 @@ class Trace(Record):  # noqa: PLW1641  # no record has a hash
     @property
     def recorded(self) -> tuple[str, ...]:
         """The groups of arrays that it holds: "motion", and of the others what was recorded."""
-        recorded = vars(self)
+        recorded = {**vars(self), **({} if self.requested is None else self.requested.arrays)}
         return tuple(group for group, arrays in GROUPS.items() if arrays[0] in recorded)
 
     @property
@@ -216,6 +228,33 @@ class Trace(Record):  # noqa: PLW1641  # no record has a hash
         """
         require_known("foot", name, self.foot_names)
         return self.foot_names.index(name)
+
+    def _requested(self, name: str) -> Array:
+        """Return samples that are recorded only where they are named.
+
+        Raises:
+            NotRecordedError: they were not.
+        """
+        found = {} if self.requested is None else self.requested.arrays
+        if name not in found:
+            needed = {*self.recorded, GROUP_OF[name]} - {ALWAYS}
+            raise NotRecordedError(name, [group for group in GROUPS if group in needed])
+        return found[name]
+
+    @property
+    def slip_speed(self) -> Array:
+        """(T, F) [m/s]: speed of the contact point along the ground; 0 of a foot without load."""
+        return self._requested("slip_speed")
+
+    @property
+    def current(self) -> Array:
+        """(T, n) [A]: of the motors, their torque over gear ratio and torque constant."""
+        return self._requested("current")
+
+    @property
+    def temperature(self) -> Array:
+        """(T, n) [deg C]: of the motors' windings."""
+        return self._requested("temperature")
 
     @property
     def normal_force(self) -> Array:
@@ -399,6 +438,8 @@ class Trace(Record):  # noqa: PLW1641  # no record has a hash
             units, meaning = QUANTITIES[name]
             about = described(units, f"estimated error so far of {meaning}")
             columns[f"error_{name}"] = Column(("time",), values, about)
+        columns |= {} if self.requested is None else self.requested.sampled_columns()
+        columns |= {} if self.peaks is None else self.peaks.prefixed_columns()
         for name, value in stored_texts(self).items():
             kind, text = ("TOML", value) if isinstance(value, str) else ("JSON", json.dumps(value))
             columns[name] = Column((), np.array(text, dtype=object), {"long_name": kind})
@@ -422,6 +463,8 @@ def stored_arrays(trace: Trace) -> dict[str, Array]:
     arrays = {name: getattr(trace, name) for name in schema(Trace) if name in vars(trace)}
     energy = vars(trace).get("energy", {})
     arrays |= {f"energy_{name}": energy[name] for name in sorted(energy)}
+    arrays |= {} if trace.requested is None else trace.requested.arrays
+    arrays |= {} if trace.peaks is None else trace.peaks.prefixed
     return arrays | {f"error_{name}": e for name, e in _estimated_errors(trace).items()}
 
 
@@ -439,9 +482,9 @@ def stored_texts(trace: Trace) -> dict[str, Any]:
 
 
 def trace_attributes(trace: Trace) -> dict[str, Any]:
-    """Return the attributes of the file; `recorded` where it does not hold everything."""
+    """Return the attributes of the file; `recorded` where it does not hold the usual groups."""
     recorded = trace.recorded
-    some = {} if len(recorded) == len(GROUPS) else {"recorded": ", ".join(recorded)}
+    some = {} if recorded == USUAL else {"recorded": ", ".join(recorded)}
     return {"schema": SCHEMA, "schema_version": SCHEMA_VERSION, "digest": trace.digest, **some}
 
 

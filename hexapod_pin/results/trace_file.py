@@ -24,6 +24,8 @@ from hexapod_pin.file_schema import (
 from hexapod_pin.results.checkpoint import Checkpoint, CheckpointData
 from hexapod_pin.results.error_estimate import QUANTITIES, ErrorEstimate
 from hexapod_pin.results.gait_energy import GaitEnergy
+from hexapod_pin.results.peak_states import PREFIX, PeakStates
+from hexapod_pin.results.requested_samples import RequestedSamples
 from hexapod_pin.results.result_files import (
     CSV,
     NETCDF,
@@ -98,8 +100,9 @@ def trace_from_group(path: str, group: tuple[Mapping[str, Any], Mapping[str, Any
 
 def _stored_digest(arrays: Mapping[str, npt.NDArray[Any]]) -> str | None:
     """Return the digest of what a file holds, fit for a trace or not; None where it has none."""
-    names = [name for name in schema(Trace) if name in arrays]
+    names = [name for name in (*schema(Trace), *schema(RequestedSamples)) if name in arrays]
     names += sorted(name for name in arrays if name.startswith(ENERGY) and name != DERIVED)
+    names += [name for name in peak_names() if name in arrays]
     names += [ERROR + name for name in QUANTITIES if ERROR + name in arrays]
     try:
         texts = {name: json.loads(arrays[name].item()) for name in JSON_TEXTS if name in arrays}
@@ -112,13 +115,13 @@ def _stored_digest(arrays: Mapping[str, npt.NDArray[Any]]) -> str | None:
 
 
 def _recorded(attributes: Mapping[str, Any]) -> tuple[str, ...] | None:
-    """Return the groups that a file lists; None: all."""
+    """Return the groups that a file lists; None: the usual ones."""
     listed = attributes.get("recorded")
     return None if listed is None else recorded_groups(str(listed).split(", "))
 
 
 def _from_arrays(arrays: Mapping[str, npt.NDArray[Any]], recorded: tuple[str, ...] | None) -> Trace:
-    """Build a trace from the variables of a file and the groups that it holds, None for all.
+    """Build a trace from the variables of a file and the groups that it holds, None: the usual.
 
     Raises:
         ParameterError: a variable is missing or breaks its rule.
@@ -145,6 +148,12 @@ def _from_arrays(arrays: Mapping[str, npt.NDArray[Any]], recorded: tuple[str, ..
         joint_names=texts.joint_names,
         foot_names=texts.foot_names,
         error=ErrorEstimate(**errors) if errors else None,
+        peaks=PeakStates.of_arrays(arrays, texts.joint_names, texts.foot_names),
+        requested=RequestedSamples.of(
+            {name: one for name, one in arrays.items() if name not in absent},
+            texts.joint_names,
+            texts.foot_names,
+        ),
         **{name: None if name in absent else arrays[name] for name in schema(Trace)},  # type: ignore[arg-type]
     )
 
@@ -201,6 +210,7 @@ def checked_trace(
     sizes = {
         "time": len(time), "joint": len(joints), "foot": len(feet), "axis": 3,
         "q_name": len(BASE_Q) + len(joints), "v_name": len(BASE_V) + len(joints),
+        "peak": len(joints),
     }  # fmt: skip
     check_arrays(arrays, _rules(arrays, absent), sizes)
     texts = {name: json_object(name, arrays.get(name)) for name in ("run", "counters")}
@@ -217,9 +227,8 @@ def checked_trace(
 
 def _rules(arrays: Mapping[str, npt.NDArray[Any]], absent: Collection[str]) -> dict[str, ArrayRule]:
     """Return the rules of the arrays that are there or must be."""
-    rules: dict[str, ArrayRule] = {
-        name: one for name, one in schema(Trace).items() if name not in absent
-    }
+    sampled = {**schema(Trace), **schema(RequestedSamples)}
+    rules: dict[str, ArrayRule] = {k: one for k, one in sampled.items() if k not in absent}
     if "energy" not in absent:
         stored = [name for name in arrays if name.startswith(ENERGY) and name != DERIVED]
         rules |= dict.fromkeys([*(ENERGY + name for name in ENERGIES), *stored], ENERGY_RULE)
@@ -227,7 +236,14 @@ def _rules(arrays: Mapping[str, npt.NDArray[Any]], absent: Collection[str]) -> d
     if errors:
         needed = (ERROR + name for name in ("place", "turn", "joint"))
         rules |= dict.fromkeys([*needed, *errors], ERROR_RULE)
+    if any(name in arrays for name in peak_names()):
+        rules |= peak_names()
     return rules
+
+
+def peak_names() -> dict[str, ArrayRule]:
+    """Return the rules of the states of peaks by their names in a file."""
+    return {PREFIX + name: one for name, one in schema(PeakStates).items()}
 
 
 # One file for all results of a study: a group for each.

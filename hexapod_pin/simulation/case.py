@@ -173,9 +173,11 @@ def simulate(
         step: integration step of a fixed-step method [s]; default 1 ms.
         sample: time between samples [s]. Adaptive: default 2 ms. Fixed steps: a whole number of
             steps, default 1 ms or one step.
-        record: groups of samples to keep, None for all: "torque", "set_points", "contacts" (feet:
-            place, force, gap, normal), "com", "energy"; "motion" (time, q, v) always is. Summary
-            and torque budget need none of them.
+        record: groups of samples to keep: "torque", "set_points", "contacts" (feet: place, force,
+            gap, normal), "com", "energy"; "motion" (time, q, v) always is. None: all of these.
+            Only where they are named: "sliding" (speed of the contact points along the ground),
+            "current" and "temperature" (of motors whose constants are known). Summary and torque
+            budget need none of them.
         initial: state at t = 0; default standing at the controller's first set-point. Or a
             `Checkpoint` (`trace.checkpoint`) to continue from, at its own time.
         limits: largest memory, steps, evaluations and wall time of the run; None: the defaults.

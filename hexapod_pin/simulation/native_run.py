@@ -16,7 +16,7 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.check_controller import check_controller, settings_of
-from hexapod_pin.drive.drive_law import torque_limit
+from hexapod_pin.drive.drive_law import followed_motors, torque_limit
 from hexapod_pin.errors import (
     HexapodError,
     ParameterError,
@@ -25,7 +25,10 @@ from hexapod_pin.errors import (
 )
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.joint_budget import LIMITED_TORQUE_SHARE
+from hexapod_pin.results.peak_states import PeakStates
+from hexapod_pin.results.requested_samples import RequestedSamples
 from hexapod_pin.results.run_facts import left_out
+from hexapod_pin.results.schema import schema
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.trace_layout import ENERGIES
 from hexapod_pin.scene.loaded_model import native_loads
@@ -113,6 +116,10 @@ class NativeRun:
         self.trunk_points = native_loads(scene.robot, scene.settings).trunk_points
         self.recorded = record
         self.omitted = left_out(groups)
+        self._motors = followed_motors(
+            scene.robot, scene.servos,
+            current="current" not in self.omitted, temperature="temperature" not in self.omitted,
+        )  # fmt: skip
         self.parts = parts
         self._plant = native_plant(scene)
         self.rollout = self._start(start, record)
@@ -155,10 +162,10 @@ class NativeRun:
             wall_time=settings.limits.wall_time,
             estimates=self.carries_error,
             end=start.time + settings.duration if settings.duration else math.inf,
+            motors=self._motors,
         )  # fmt: skip
-        if self.omitted:
-            tables = [TABLES.get(array, (array,)) for array in self.omitted]
-            arguments["omitted"] = [name for names in tables for name in names]
+        tables = [TABLES.get(array, (array,)) for array in self.omitted]
+        arguments["omitted"] = [name for names in tables for name in names]
         try:
             return _native.start(**arguments)
         except ValueError as error:  # what only the core knows: a method that cannot do a scene
@@ -295,16 +302,23 @@ class NativeRun:
         energies = [*ENERGIES, *(["push_work"] if self.scene.loads else [])]
         if "energy" not in self.omitted:
             arrays["energy"] = {name: record[name][:, 0] for name in energies}
-        arrays |= dict.fromkeys(self.omitted)
+        asked = schema(RequestedSamples).keys() - {*self.omitted}
+        arrays |= dict.fromkeys(name for name in self.omitted if name in schema(Trace))
+        arrays |= {"energy": None} if "energy" in self.omitted else {}
+        joints, peaks = self.scene.robot.joint_names, None
+        if "torque" not in self.omitted:
+            peaks = PeakStates.of_rows(self.rollout.peak_states(), joints, names)
         return Trace(
             time=record["time"][:, 0],
             **arrays,
             counters=summary.counters,
-            joint_names=self.scene.robot.joint_names,
+            joint_names=joints,
             foot_names=names,
             run=with_urdf(summary.run, self),
             error=error,
             gathered=summary,
+            peaks=peaks,
+            requested=RequestedSamples.of({k: record[k] for k in asked}, joints, names),
         )
 
     def samples(self) -> dict[str, Array]:

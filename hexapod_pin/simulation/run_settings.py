@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import Field
 
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.results.run_facts import USUAL
 from hexapod_pin.results.trace import LATEST_SAMPLE as LATEST
 from hexapod_pin.simulation.methods import MethodSettings, resolve_method
 from hexapod_pin.spec import Spec
@@ -317,10 +318,11 @@ def sample_bytes(settings: RunSettings, scene: Scene, groups: Sequence[str] | No
     """Return the memory of the samples of one run, of these groups or all (None) [bytes]."""
     joints, feet = len(scene.robot.joint_names), len(scene.robot.feet)
     columns = {
-        "torque": joints, "set_points": 2 * joints, "contacts": 13 * feet, "com": 3, "energy": 9
+        "torque": joints, "set_points": 2 * joints, "contacts": 13 * feet, "com": 3, "energy": 9,
+        "sliding": feet, "current": joints, "temperature": joints,
     }  # fmt: skip
     motion = 1 + (7 + joints) + (6 + joints)
-    width = motion + sum(columns[name] for name in (columns if groups is None else groups))
+    width = motion + sum(columns[name] for name in (USUAL[1:] if groups is None else groups))
     return 8.0 * settings.grid.samples * width
 
 

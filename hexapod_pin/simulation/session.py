@@ -91,7 +91,7 @@ class Session:
             accuracy: of an adaptive method [m and rad].
             step: of a fixed-step method [s].
             sample: time between the samples of the trace [s].
-            record: groups of samples to keep, as of `simulate`; None for all.
+            record: groups of samples to keep, as of `simulate`.
             sensors: the sensors of `measure`; None: ideal ones. A session has no ticks, so their
                 delay must be 0.
             limits: as of `simulate`; None: evaluations are not limited.

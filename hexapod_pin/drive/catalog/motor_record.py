@@ -195,10 +195,10 @@ class MotorRecord(Spec):
         return estimated_armature(self).value if self.armature is None else self.armature
 
     def motor(self, voltage_ratio: float = 1.0) -> Motor:
-        """Return the motor for a servo: the torque-speed line of the row, and its rotor.
+        """Return the motor for a servo: torque-speed line, rotor and winding of the row.
 
         The line goes through stall torque and no-load speed alone, never through a torque constant
-        and a winding resistance computed from currents.
+        and a winding resistance computed from currents; these serve for what a run records.
 
         Args:
             voltage_ratio: supply over `voltage` [-].
@@ -218,6 +218,12 @@ class MotorRecord(Spec):
             voltage_ratio=voltage_ratio,
             rotor_inertia=self.joint_armature / ratio**2,
             gear_ratio=ratio,
+            torque_constant=None if self.gear_ratio is None else self.torque_constant,
+            winding_resistance=self.winding_resistance,
+            thermal_resistance_winding=self.thermal_resistance_winding,
+            thermal_resistance_housing=self.thermal_resistance_housing,
+            thermal_time_winding=self.thermal_time_winding,
+            thermal_time_housing=self.thermal_time_housing,
         )
 
 

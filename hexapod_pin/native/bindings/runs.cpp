@@ -80,7 +80,7 @@ std::unique_ptr<Rollout> start(const PlantSettings& s, const std::vector<double>
                                const Vec3& window, const VectorXd& torque_limit,
                                const KnotRows& acceleration, const std::vector<std::string>& omitted,
                                double refinement, double evaluations, double smallest_step, double wall_time,
-                               bool estimates, double end, bool dense) {
+                               bool estimates, double end, bool dense, const RowMatrix& motors) {
   check_start(s, from);
   const auto columns = Eigen::Index(s.dynamics.tree().nv - 6);
   if (position.cols() != columns) throw std::invalid_argument("one set-point per joint needed");
@@ -89,7 +89,9 @@ std::unique_ptr<Rollout> start(const PlantSettings& s, const std::vector<double>
       throw std::invalid_argument("one limit per joint needed");
   RunSetup setup{s, make_reference(time, position, rate, kind, acceleration), from, step, stride, sample, end,
                  {tolerance, refinement, sample, dense}, record, estimates, rate_limit, {window[0], window[1], window[2]}, torque_limit, {}, omitted,
-                 {evaluations, smallest_step, wall_time}};
+                 {evaluations, smallest_step, wall_time}, motors};
+  if (motors.rows() > 0 && (motors.rows() != columns || motors.cols() != WindingHeat::kColumns))
+    throw std::invalid_argument("motors must be (joints, 7)");
   if (estimates && method != "ndf") throw std::invalid_argument("only ndf carries its error along");
   for (const auto& [offset, radius] : trunk) setup.trunk.push_back({offset, radius});
   return start_run(method, setup);
@@ -319,6 +321,9 @@ void bind_runs(nb::module_& m) {
            "Where points of the trunk have touched the ground: time [s], point, place [m].")
       .def("summary", [](Rollout& run) { return summary_data(run.summary()); },
            nb::sig("def summary(self) -> dict[str, typing.Any]"), "As `RunSummary.data`, so far.")
+      .def("peak_states", [](Rollout& run) { return run.summary().peak_states(); },
+           "A row per joint: time of its largest torque in the summary's window [s], and q, v, torques, forces "
+           "on the feet then; NaN: there is none.")
       .def("half_summaries", [](Rollout& run) {
         return std::make_pair(summary_data(run.displaced_summary()), summary_data(run.other_summary()));
       }, nb::sig("def half_summaries(self) -> tuple[dict[str, typing.Any], dict[str, typing.Any]]"),
@@ -340,7 +345,8 @@ void bind_runs(nb::module_& m) {
         "omitted"_a = std::vector<std::string>(), "refinement"_a = 1.0,
         "evaluations"_a = std::numeric_limits<double>::infinity(), "smallest_step"_a = 0.0,
         "wall_time"_a = std::numeric_limits<double>::infinity(), "estimates"_a = false,
-        "end"_a = std::numeric_limits<double>::infinity(), "dense"_a = false);
+        "end"_a = std::numeric_limits<double>::infinity(), "dense"_a = false,
+        "motors"_a = RowMatrix());
   m.def("set_points_at", &set_points_at, "time"_a, "position"_a, "rate"_a, "kind"_a, "acceleration"_a,
         "at"_a, "Angles, rates and accelerations of set-points at one time, (3, joints).");
   bind_several(m);

@@ -42,8 +42,15 @@ class JointTotals {
       : acceleration_square(ArrayXd::Zero(joints)), torque_acceleration(acceleration_square),
         sums_(std::size_t(joints)), histogram_(std::size_t(joints)), block_(std::size_t(joints)) {}
 
+  // From now on the states are kept in which torques are largest: all numbers of `SummaryState::whole`.
+  void keep_states(Eigen::Index width) {
+    whole_.assign(kBlock, ArrayXd::Zero(width));
+    at_peak_.setZero(Eigen::Index(sums_.size()), width);
+  }
+
   void add(const SummaryState& s, double weight) {
     time_[waiting_] = s.time, weight_[waiting_] = weight;
+    if (!whole_.empty()) whole_[waiting_] = s.whole;
     for (std::size_t j = 0; j < block_.size(); ++j) {
       const auto k = Eigen::Index(j);
       block_[j][waiting_] = {s.torque[k], s.rate[k], s.angle[k], s.limit[k]};
@@ -63,6 +70,8 @@ class JointTotals {
     torque_acceleration += other.torque_acceleration;
     other.acceleration_square.setZero(), other.torque_acceleration.setZero();
     for (std::size_t j = 0; j < sums_.size(); ++j) {
+      if (!whole_.empty() && other.sums_[j].torque.size > sums_[j].torque.size)
+        at_peak_.row(Eigen::Index(j)) = other.at_peak_.row(Eigen::Index(j));
       sums_[j].take(other.sums_[j]);
       histogram_[j].take(other.histogram_[j]);
       other.sums_[j] = JointSums();
@@ -76,6 +85,7 @@ class JointTotals {
     for (std::size_t j = 0; j < sums_.size(); ++j) found.set(Eigen::Index(j), sums_[j].*which);
     return found;
   }
+  const RowMatrix& at_peak() { return flush(), at_peak_; }  // a row per joint, as kept
   const std::vector<MagnitudeHistogram>& histogram() { return flush(), histogram_; }  // of |torque|
 
   // Integrals over time of rate'^2, rad^2/s^3, and of torque rate', N m rad/s.
@@ -97,6 +107,7 @@ class JointTotals {
   void flush_joint(std::size_t j) {
     JointSums sums = sums_[j];
     MagnitudeHistogram& histogram = histogram_[j];
+    std::size_t top = kBlock;  // of the block's states, the one with the largest torque so far
     for (std::size_t i = 0; i < waiting_; ++i) {
       const Entry& e = block_[j][i];
       const double weight = weight_[i], size = std::abs(e.torque), power = e.torque * e.rate;
@@ -110,10 +121,12 @@ class JointTotals {
       sums.limit_use = std::max(sums.limit_use, kLimitShare * size / e.limit);
       sums.lowest = std::min(sums.lowest, e.angle), sums.highest = std::max(sums.highest, e.angle);
       histogram.add(size, weight);
-      sums.torque.see(e.torque, time_[i]), sums.speed.see(e.rate, time_[i]);
+      if (sums.torque.see(e.torque, time_[i])) top = i;
+      sums.speed.see(e.rate, time_[i]);
       sums.power.see(power, time_[i]);
     }
     sums_[j] = sums;
+    if (top < kBlock && !whole_.empty()) at_peak_.row(Eigen::Index(j)) = whole_[top].matrix().transpose();
   }
 
   std::vector<JointSums> sums_;
@@ -121,6 +134,8 @@ class JointTotals {
   std::size_t waiting_ = 0;  // states in the block
   std::array<double, kBlock> time_, weight_;
   std::vector<std::array<Entry, kBlock>> block_;
+  std::vector<ArrayXd> whole_;  // of the states in the block; none: they are not kept
+  RowMatrix at_peak_;
 };
 
 }  // namespace hexapod

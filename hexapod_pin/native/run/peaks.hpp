@@ -12,9 +12,11 @@ using Eigen::ArrayXd;
 struct Peak {
   double size = -1.0, value = 0.0, time = 0.0;  // |value|; < 0: nothing seen
 
-  void see(double x, double t) {
+  bool see(double x, double t) {  // whether it is larger than all before
     const double magnitude = std::abs(x);
-    if (magnitude > size) size = magnitude, value = x, time = t;
+    if (!(magnitude > size)) return false;
+    size = magnitude, value = x, time = t;
+    return true;
   }
   void see(const Peak& other) {
     if (other.size > size) *this = other;

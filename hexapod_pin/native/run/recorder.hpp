@@ -8,6 +8,7 @@
 
 #include "plant/plant.hpp"
 #include "run/sample_tables.hpp"
+#include "run/winding_heat.hpp"
 
 namespace hexapod {
 
@@ -17,17 +18,19 @@ using SampleError = Eigen::Matrix<double, 5, 1>;
 
 class Recorder {
  public:
-  // `omitted`: names of tables that are not kept; `estimates`: whether errors are.
+  // `omitted`: names of tables that are not kept; `estimates`: whether errors are; `heat`: whether currents and
+  // temperatures of motors are.
   template <class PlantT>
-  Recorder(const PlantT& plant, const std::vector<std::string>& omitted, bool estimates)
-      : tables_(kept(layout(plant.tree, plant.mounts.size(), estimates), omitted)) {}
+  Recorder(const PlantT& plant, const std::vector<std::string>& omitted, bool estimates, bool heat)
+      : tables_(kept(layout(plant.tree, plant.mounts.size(), estimates, heat), omitted)) {}
 
   SampleTables& tables() { return tables_; }
 
   template <class PlantT>
   void sample(const PlantT& plant, double t, const VectorXd& q, const VectorXd& v,
               const VectorXd& torque, const VectorXd& q_ref, const VectorXd& v_ref,
-              const EnergyLedger& ledger, double interval, const SampleError& error) {
+              const EnergyLedger& ledger, double interval, const SampleError& error,
+              const WindingHeat& heat) {
     tables_.begin_row();
     tables_[kTime].append(t);
     tables_[kQ].append(q);
@@ -55,24 +58,28 @@ class Recorder {
     tables_[kFrictionLoss].append(ledger.friction - (bristle - first_bristle_));
     tables_[kPushWork].append(ledger.push);
     tables_[kError].append(error);
+    tables_[kCurrent].append(heat.current());
+    tables_[kTemperature].append(heat.temperature());
   }
 
  private:
   enum Quantity {
     kTime, kQ, kV, kTorque, kQRef, kVRef, kFootPosition, kFootForce, kFootImpulse, kFootNormal, kFootGap,
     kCom, kKinetic, kPotential, kElastic, kServoWork, kJointDampingLoss, kNormalLoss, kFrictionLoss,
-    kPushWork, kError
+    kPushWork, kError, kSlipSpeed, kCurrent, kTemperature
   };
 
   // in the order of Quantity
-  static std::vector<SampleTable> layout(const Tree& tree, std::size_t feet, bool estimates) {
+  static std::vector<SampleTable> layout(const Tree& tree, std::size_t feet, bool estimates,
+                                         bool heat) {
     const std::size_t nq = tree.nq, nv = tree.nv, n = nv - 6;
     return {{"time", 1}, {"q", nq}, {"v", nv}, {"torque", n}, {"q_ref", n}, {"v_ref", n},
             {"foot_position", 3 * feet}, {"foot_force", 3 * feet}, {"foot_impulse", 3 * feet}, {"foot_normal", 3 * feet},
             {"foot_gap", feet}, {"com", 3}, {"kinetic", 1}, {"potential", 1}, {"elastic", 1},
             {"servo_work", 1}, {"joint_damping_loss", 1}, {"normal_loss", 1},
             {"friction_loss", 1}, {"push_work", 1},
-            {"error", estimates ? std::size_t(SampleError::SizeAtCompileTime) : 0}};
+            {"error", estimates ? std::size_t(SampleError::SizeAtCompileTime) : 0},
+            {"slip_speed", feet}, {"current", heat ? n : 0}, {"temperature", heat ? n : 0}};
   }
 
   static std::vector<SampleTable> kept(std::vector<SampleTable> tables,
@@ -88,12 +95,16 @@ class Recorder {
     for (std::size_t f = 0; f < plant.mounts.size(); ++f) {
       std::size_t nearest = f * plant.per_foot;
       Vec3 force = Vec3::Zero(), impulse = Vec3::Zero(), pushed = Vec3::Zero();
+      double most = 0.0, slip = 0.0;  // of two contacts the more loaded one slips
       for (std::size_t i = f * plant.per_foot; i < (f + 1) * plant.per_foot; ++i) {
         if (plant.feet[i].ground.gap < plant.feet[nearest].ground.gap) nearest = i;
         const Vec3 part = plant.law_force(plant.feet[i]);
         force += part;
         if (interval > 0.0) impulse += ledger.impulse[i];
-        pushed += plant.feet[i].ground.normal.dot(part) * plant.feet[i].ground.normal;
+        const Vec3& up = plant.feet[i].ground.normal;
+        const double normal = up.dot(part);
+        pushed += normal * up;
+        if (normal > most) most = normal, slip = in_plane(up, plant.feet[i].velocity).norm();
       }
       tables_[kFootPosition].append(Vec3(q.head<3>() + plant.feet[nearest].center));
       tables_[kFootForce].append(force);
@@ -102,6 +113,7 @@ class Recorder {
       const bool both = plant.per_foot > 1 && pushed.norm() > 0.0;
       tables_[kFootNormal].append(both ? Vec3(pushed.normalized()) : plant.feet[nearest].ground.normal);
       tables_[kFootGap].append(plant.feet[nearest].ground.gap);
+      tables_[kSlipSpeed].append(slip);
     }
   }
 

@@ -58,6 +58,7 @@ struct RunSetup {
   std::vector<TrunkPoint> trunk;  // watched for touching the ground
   std::vector<std::string> omitted;  // tables of samples that are not kept
   WorkLimits limits;
+  RowMatrix motors;  // whose currents and temperatures are sampled, as of `WindingHeat`; none: they are not
 };
 
 // A command to the drives: see `Reference::command`.

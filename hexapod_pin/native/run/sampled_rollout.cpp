@@ -71,8 +71,8 @@ template <class PlantT>
 SampledRollout<PlantT>::SampledRollout(PlantT plant, const RunSetup& setup, bool differentiates_separated)
     : plant_(std::move(plant)), reference_(setup.reference), q_(setup.start.q), v_(setup.start.v),
       ledger_(plant_.feet.size()), time_(setup.start.time), start_(setup.start.time),
-      interval_(setup.sample), sample_index_(setup.start.first), recorder_(plant_, setup.omitted,
-      setup.estimates), trunk_(setup.trunk), summary_(plant_.joints(), plant_.mounts.size()),
+      interval_(setup.sample), sample_index_(setup.start.first), heat_(setup.motors),
+      recorder_(plant_, setup.omitted, setup.estimates, heat_.any()), trunk_(setup.trunk), summary_(plant_.joints(), plant_.mounts.size()),
       displaced_summary_(summary_), other_summary_(summary_), foot_loads_(plant_.mounts.size()),
       record_(setup.record), estimates_(setup.estimates), keeps_forces_(record_ && keeps_forces(setup)),
       rate_limit_(setup.rate_limit), torque_limit_(setup.torque_limit), limit_now_(setup.torque_limit),
@@ -88,6 +88,7 @@ SampledRollout<PlantT>::SampledRollout(PlantT plant, const RunSetup& setup, bool
     summary->set_window(setup.window.begin, setup.window.end, setup.window.cycle);
     if (torque_limit_.size() > 0) summary->set_limit(torque_limit_);
   }
+  if (setup.record) summary_.keep_peaks(plant_.tree.nq + plant_.tree.nv);
   monitor_.start(setup.limits, time_);
 }
 
@@ -222,6 +223,7 @@ template <class PlantT>
 inline void SampledRollout<PlantT>::see(double t, const VectorXd& q, const VectorXd& v) {
   trunk_.look(plant_.terrain, plant_.dynamics.base_rotation(), q.template head<3>(), v, t);
   summarise(summary_, t, q, v);
+  if (heat_.any()) heat_.see(t, torque_);
   if (estimates_ && (skipped_ || other_summary_.ends_at(t) || t == start_))
     repeat(other_summary_, t, q, v);
 }
@@ -257,9 +259,10 @@ inline SampleError SampledRollout<PlantT>::sample_error() const {
 template <class PlantT>
 inline void SampledRollout<PlantT>::record(double interval) {
   find_torque(time_, q_, v_);
+  if (heat_.any()) heat_.see(time_, torque_);
   if (record_)
     recorder_.sample(plant_, time_, q_, v_, torque_, set_points_.q, set_points_.v, ledger_,
-                     interval, estimates_ ? sample_error() : SampleError::Zero().eval());
+                     interval, estimates_ ? sample_error() : SampleError::Zero().eval(), heat_);
   for (Vec3& impulse : ledger_.impulse) impulse.setZero();
 }
 

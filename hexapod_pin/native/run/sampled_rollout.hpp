@@ -119,6 +119,7 @@ class SampledRollout : public Rollout, protected StepObserver {
   void restore_memories(const RowMatrix& rows);
 
   WorkMonitor monitor_;
+  WindingHeat heat_;
   Recorder recorder_;
   TrunkWatch trunk_;
   RunSummary summary_, displaced_summary_, other_summary_;

@@ -25,6 +25,23 @@ SummaryTotals& RunSummary::totals() {
   return window_;
 }
 
+void RunSummary::keep_peaks(Eigen::Index width) {
+  width += limit_.size() + 3 * last().normal.size();
+  for (SummaryState& state : kept_) state.whole.setZero(width);
+  window_.joints.keep_states(width), cycle_.joints.keep_states(width);
+}
+
+RowMatrix RunSummary::peak_states() {
+  const Peaks peaks = totals().joints.peaks(&JointSums::torque);
+  const RowMatrix& states = totals().joints.at_peak();
+  RowMatrix out(states.rows(), states.cols() + 1);
+  for (Eigen::Index j = 0; j < out.rows(); ++j) {
+    if (peaks.size[j] < 0.0) out.row(j).setConstant(std::nan(""));
+    else out.row(j) << peaks.time[j], states.row(j);
+  }
+  return out;
+}
+
 std::vector<PathPoint> RunSummary::path() const {
   std::vector<PathPoint> points = path_;
   if (period_ == 0.0 && inside_) points.push_back(path_point());
@@ -57,6 +74,7 @@ inline void RunSummary::read(double t, const VectorXd& q, const VectorXd& v, con
     s.normal[i] = feet[f].normal, s.slip[i] = feet[f].slip, s.rubbing[i] = feet[f].rubbing;
     s.force.col(i) = feet[f].force;
   }
+  if (s.whole.size() > 0) s.whole << q.array(), v.array(), torque.array(), s.force.reshaped().array();
 }
 
 inline void RunSummary::begin_here() {

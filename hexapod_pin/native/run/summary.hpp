@@ -64,6 +64,9 @@ class RunSummary {
   // that follow.
   void set_limit(const VectorXd& limit) { limit_ = limit.array(); }
 
+  // From now on the states are kept in which the torques of joints are largest; `width`: numbers of q and v.
+  void keep_peaks(Eigen::Index width);
+
   // An accepted state, the initial one included; times do not decrease.
   void record(double t, const VectorXd& q, const VectorXd& v, const VectorXd& torque,
               const std::vector<FootLoad>& feet, const Vec3& com);
@@ -78,6 +81,9 @@ class RunSummary {
   double first_yaw() const { return first_yaw_; }
   std::vector<PathPoint> path() const;  // at the edges of the half cycles, or at both ends
   Peaks outside_torque();
+  // A row per joint: time of the largest torque in the window, and q, v, torques, forces on the feet then; NaN
+  // where there is none, no rows where they are not kept.
+  RowMatrix peak_states();
   Peaks outside_force() const;
 
  private:

@@ -31,6 +31,9 @@ struct SummaryState {
     pitch_rate = (1.0 - share) * a.pitch_rate + share * b.pitch_rate;
     base = mix(a.base, b.base), com = mix(a.com, b.com);
     quaternion = mix(a.quaternion, b.quaternion);
+    if (whole.size() == 0) return;
+    whole = mix(a.whole, b.whole);
+    whole.segment<4>(3).matrix().normalize();
   }
 
   // Angles of Rz(yaw) Ry(pitch) Rx(roll), rad; the quaternion need not have length 1.
@@ -58,6 +61,7 @@ struct SummaryState {
   ArrayXd rubbing;                // per foot: |friction force . velocity of the contact point|, W
   Eigen::Matrix3Xd force;         // per foot, world axes, N
   Vec3 base = Vec3::Zero(), com = Vec3::Zero();  // m, world
+  ArrayXd whole;  // q, v, torques, forces on the feet; none where no states are kept
   Eigen::Vector4d quaternion{0.0, 0.0, 0.0, 1.0};  // x y z w
 };
 
