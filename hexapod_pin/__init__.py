@@ -15,8 +15,13 @@ from __future__ import annotations
 
 import lazy_loader
 
+from hexapod_pin.shown import draw_with
+
 _load, _names, __all__ = lazy_loader.attach_stub(__name__, __file__)
 __all__ += ["__version__"]  # noqa: PLE0605
+
+
+draw_with(lambda: _load("view"))
 
 
 def __getattr__(name: str) -> object:

@@ -8,7 +8,7 @@ from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.benchmark.work_precision.scenes import walk
-from hexapod_pin.simulation.plant import standing_on
+from hexapod_pin.scene.scene import standing_on
 from hexapod_pin.validation.cases.mirror import SampledMotion, base_run, restarted
 from hexapod_pin.validation.solver_setting import CaseRun, SolverSetting
 

@@ -15,6 +15,7 @@ from hexapod_pin.errors import UnknownNameError
 from hexapod_pin.foreign_text import csv_cell, encoded
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.result_files import check_ending, without_non_finite
+from hexapod_pin.shown import drawn
 from hexapod_pin.text_table import Table
 
 if TYPE_CHECKING:
@@ -197,6 +198,8 @@ class MotorSelection(Immutable):
         assumed: what no source gives.
         notes: what else to know.
         interrupted: whether Ctrl-C ended it early.
+        contact: laws of the feet on the ground, as text.
+        accuracy: of the runs, and their method, as text.
     """
 
     robot_name: str
@@ -214,6 +217,8 @@ class MotorSelection(Immutable):
     notes: tuple[str, ...] = field(default=())
     interrupted: bool = False
     demands: Mapping[str, JointDemand] = field(default_factory=dict, repr=False)
+    contact: str = field(default="", repr=False)
+    accuracy: str = field(default="", repr=False)
 
     @property
     def best(self) -> MotorCandidate:
@@ -239,6 +244,10 @@ class MotorSelection(Immutable):
     def passing(self, kind: str) -> tuple[MotorCandidate, ...]:
         """Return the motors that carry a kind of joint, in their order."""
         return tuple(c for c in self.candidates if c.use(kind).passes)
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: the verdict, and the ranking."""
+        return str(drawn("notebook_html", self))
 
     def to_dict(self) -> dict[str, Any]:
         """Return all numbers as plain data; NaN and infinities as None."""

@@ -32,6 +32,7 @@ from hexapod_pin.results.schema import named
 from hexapod_pin.results.steady_window import Window, summary_window
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
+from hexapod_pin.shown import drawn
 from hexapod_pin.text_table import indented, labelled
 
 
@@ -112,12 +113,11 @@ def _sources(run: RunRecord) -> tuple[str, ...]:
     control, contact = run.case.controller, None if run.scene is None else run.scene.contact
     gait, step = control.get("gait", {}), run.numerics.step
     walk = _walk_texts(gait) if isinstance(gait, Mapping) else []
-    laws = [] if contact is None else [contact.normal.kind, contact.friction.kind]
     method = run.numerics.method
     rows = {
         "robot": run.robot.provenance,
         "control": ", ".join(map(str, filter(None, [control.get("kind"), *walk]))),
-        "contact": " with ".join(laws),
+        "contact": "" if contact is None else contact.describe(),
         "method": method and f"{method}" + (f", step {step:g} s" if step else ""),
     }
     return tuple(f"{key}: {text}" for key, text in rows.items() if text)
@@ -242,6 +242,10 @@ class TorqueBudget(Immutable):
             UnknownNameError: there is no such kind.
         """
         return named("kind of joint", name, {row.kind: row for row in self.kinds})
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: the most that each kind of joint must deliver."""
+        return str(drawn("notebook_html", self))
 
     def to_dict(self) -> dict[str, Any]:
         """Return all numbers as plain data; NaN and infinities as None."""

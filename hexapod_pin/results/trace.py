@@ -39,6 +39,7 @@ from hexapod_pin.results.trace_layout import (
     digest_of,
     frozen,
 )
+from hexapod_pin.shown import drawn
 
 if TYPE_CHECKING:
     import pandas
@@ -182,11 +183,23 @@ class Trace(Record):  # noqa: PLW1641  # no record has a hash
         size = f"{len(self.time)} samples to {self.time[-1]:g} s, {len(self.joint_names)} joints"
         return f"<Trace: {size}, {len(self.foot_names)} feet; recorded {', '.join(self.recorded)}>"
 
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: the facts of the run, and its playback."""
+        return str(drawn("notebook_html", self))
+
     @property
     def recorded(self) -> tuple[str, ...]:
         """The groups of arrays that it holds: "motion", and of the others what was recorded."""
         recorded = {**vars(self), **({} if self.requested is None else self.requested.arrays)}
         return tuple(group for group, arrays in GROUPS.items() if arrays[0] in recorded)
+
+    @property
+    def plot(self) -> Any:
+        """Figures of it, one call each: `trace.plot("torque")`, `trace.plot.foot_forces()`, ...
+
+        A `hexapod_pin.view.TracePlots`.
+        """
+        return drawn("TracePlots", self)
 
     @property
     def q_names(self) -> tuple[str, ...]:

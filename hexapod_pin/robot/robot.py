@@ -38,6 +38,7 @@ from hexapod_pin.robot.state import (
     plain_posture,
     standing_angles,
 )
+from hexapod_pin.shown import drawn
 from hexapod_pin.user_file import user_path
 
 if TYPE_CHECKING:
@@ -135,6 +136,10 @@ class Robot(Immutable):
         _, (_, held, protected) = super().__reduce__()
         del held["model"]
         return _robot_again, (held, protected)
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: its numbers, and the robot in its standing posture."""
+        return str(drawn("notebook_html", self))
 
     @cached_property
     def turning(self) -> NDArray[np.bool_]:

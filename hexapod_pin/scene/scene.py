@@ -8,6 +8,8 @@ from dataclasses import dataclass, field, fields
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import digest
 from hexapod_pin.drive.drive_law import has_dry_friction
@@ -16,10 +18,10 @@ from hexapod_pin.drive.servo import Servo
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.file_schema import check_data
 from hexapod_pin.ground.contact import Contact
-from hexapod_pin.ground.terrain import AnyTerrain, Flat
+from hexapod_pin.ground.terrain import AnyTerrain, Flat, Plane
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.robot.link_shapes import trunk_points
-from hexapod_pin.robot.robot import Robot, once_per_robot
+from hexapod_pin.robot.robot import Robot, once_per_robot, scratch_data
 from hexapod_pin.scene.canonical_text import TEXTS, canonical_text, joined
 from hexapod_pin.scene.loaded_model import models_by_mass
 from hexapod_pin.scene.loads import (
@@ -32,10 +34,14 @@ from hexapod_pin.scene.loads import (
 )
 from hexapod_pin.scene.robot_file import read_robot, robot_to_dict
 from hexapod_pin.scene.settings import SceneSettings, SceneText
+from hexapod_pin.shown import drawn
 from hexapod_pin.spec import read_toml
 
 if TYPE_CHECKING:
     import pinocchio as pin
+
+    from hexapod_pin.arrays import Array
+    from hexapod_pin.robot.state import State
 
 
 @checked
@@ -113,6 +119,10 @@ class Scene(Immutable):
     @cached_property
     def _meaning(self) -> str:
         return digest(scene_text(self))
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: its laws, and the robot standing on its ground."""
+        return str(drawn("notebook_html", self))
 
     @property
     def servos(self) -> Servo:
@@ -271,3 +281,35 @@ def loaded_model(scene: Scene) -> pin.Model:
     The robot's own model where the scene changes no mass. Must not be changed.
     """
     return models_by_mass(scene.robot)(scene.mass_loads)
+
+
+def standing_on(scene: Scene, posture: Array, start_pose: Array | None = None) -> State:
+    """Return the state at rest in a posture (n,) [rad], just touching the ground.
+
+    On a plane the robot is laid along it; on any other ground it stands level.
+
+    Args:
+        scene: the robot and its ground.
+        posture: joint angles, `Robot.joint_names` order [rad]. Shape (n,).
+        start_pose: of the trunk, relative to the plane or to the level: x, y [m], z (not used: the
+            feet decide), quaternion x, y, z, w; None: no offset. Shape (7,).
+    """
+    import pinocchio as pin
+
+    robot, surface = scene.robot, scene.terrain.surface()
+    q = robot.stand(posture).q.copy()
+    if start_pose is not None:
+        q[:2], q[3:7] = start_pose[:2], start_pose[3:7]
+    if isinstance(surface, Plane):
+        tilt = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), np.array(surface.normal))
+        own = pin.Quaternion(*q[[6, 3, 4, 5]])
+        turned = tilt if start_pose is None else tilt * own
+        q[:3], q[3:7] = tilt.toRotationMatrix() @ q[:3], turned.coeffs()
+    if robot.feet:
+        data = scratch_data(robot)
+        pin.forwardKinematics(robot.model, data, q)
+        joints = [robot.model.getJointId(foot.joint) for foot in robot.feet]
+        feet = zip(joints, robot.feet, strict=True)
+        centers = [data.oMi[joint].act(foot.offset) for joint, foot in feet]
+        q[2] += scene.terrain.lift(centers, [foot.radius for foot in robot.feet])
+    return robot.check_state(q, np.zeros(robot.model.nv))

@@ -13,16 +13,15 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.drive.drive_law import armature, drive_law
 from hexapod_pin.drive.joint_stops import JointStops
 from hexapod_pin.errors import ParameterError, StateError
-from hexapod_pin.ground.terrain import Plane
 from hexapod_pin.results.checkpoint import Checkpoint
-from hexapod_pin.robot.robot import once_per_robot, scratch_data
+from hexapod_pin.robot.robot import once_per_robot
 from hexapod_pin.scene.loaded_model import (
     KEPT_MODELS,
     MassLoads,
     models_by_mass,
     native_loads,
 )
-from hexapod_pin.scene.scene import loaded_model
+from hexapod_pin.scene.scene import loaded_model, standing_on
 
 if TYPE_CHECKING:
     import pinocchio as pin
@@ -32,38 +31,6 @@ if TYPE_CHECKING:
     from hexapod_pin.robot.robot import Robot
     from hexapod_pin.robot.state import State
     from hexapod_pin.scene.scene import Scene
-
-
-def standing_on(scene: Scene, posture: Array, start_pose: Array | None = None) -> State:
-    """Return the state at rest in a posture (n,) [rad], just touching the ground.
-
-    On a plane the robot is laid along it; on any other ground it stands level.
-
-    Args:
-        scene: the robot and its ground.
-        posture: joint angles, `Robot.joint_names` order [rad]. Shape (n,).
-        start_pose: of the trunk, relative to the plane or to the level: x, y [m], z (not used: the
-            feet decide), quaternion x, y, z, w; None: no offset. Shape (7,).
-    """
-    import pinocchio as pin
-
-    robot, surface = scene.robot, scene.terrain.surface()
-    q = robot.stand(posture).q.copy()
-    if start_pose is not None:
-        q[:2], q[3:7] = start_pose[:2], start_pose[3:7]
-    if isinstance(surface, Plane):
-        tilt = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), np.array(surface.normal))
-        own = pin.Quaternion(*q[[6, 3, 4, 5]])
-        turned = tilt if start_pose is None else tilt * own
-        q[:3], q[3:7] = tilt.toRotationMatrix() @ q[:3], turned.coeffs()
-    if robot.feet:
-        data = scratch_data(robot)
-        pin.forwardKinematics(robot.model, data, q)
-        joints = [_native_joint(robot, foot.joint) for foot in robot.feet]
-        feet = zip(joints, robot.feet, strict=True)
-        centers = [data.oMi[joint].act(foot.offset) for joint, foot in feet]
-        q[2] += scene.terrain.lift(centers, [foot.radius for foot in robot.feet])
-    return robot.check_state(q, np.zeros(robot.model.nv))
 
 
 def starting_point(

@@ -26,11 +26,12 @@ from hexapod_pin.results.travelled_path import SUNK, TIPPED
 from hexapod_pin.robot.robot import scratch_data
 from hexapod_pin.robot.rotations import rotations
 from hexapod_pin.scene.loads import LostLeg, Push
+from hexapod_pin.scene.scene import standing_on
 from hexapod_pin.simulation.accuracy_control import AccuracyControl, Runs, controlled_runs
 from hexapod_pin.simulation.case_data import STEADY, Kind, run_to_dict
 from hexapod_pin.simulation.methods import DEFAULT_ACCURACY
 from hexapod_pin.simulation.native_run import NativeRun
-from hexapod_pin.simulation.plant import motion_at, standing_on
+from hexapod_pin.simulation.plant import motion_at
 from hexapod_pin.simulation.run_outcome import run_numbers
 from hexapod_pin.simulation.run_settings import ADAPTIVE_SAMPLE, RunSettings, check_work
 from hexapod_pin.simulation.transients import (

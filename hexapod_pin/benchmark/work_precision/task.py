@@ -11,7 +11,7 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.control.joint_trajectory import trajectory_curve
 from hexapod_pin.control.sampled_trajectory import SampledTrajectory
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.simulation.plant import standing_on
+from hexapod_pin.scene.scene import standing_on
 from hexapod_pin.simulation.run_settings import integer_ratio
 
 if TYPE_CHECKING:

@@ -48,6 +48,10 @@ class Contact(Spec):
     ]
     assumed: str = ""
 
+    def describe(self) -> str:
+        """Return the kinds of both laws, as text."""
+        return f"{self.normal.kind} with {self.friction.kind}"
+
     @classmethod
     def accurate(cls) -> Contact:
         """Hertz with the requested restitution, and friction that does not creep.

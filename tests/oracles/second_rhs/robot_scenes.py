@@ -12,8 +12,7 @@ from hexapod_pin.robot.link_shapes import trunk_points
 from hexapod_pin.robot.robot import Robot, load_robot
 from hexapod_pin.robot.state import State
 from hexapod_pin.scene.loads import LostLeg, Push
-from hexapod_pin.scene.scene import Scene
-from hexapod_pin.simulation.plant import standing_on
+from hexapod_pin.scene.scene import Scene, standing_on
 from oracles.second_rhs.law_scene import LawScene
 
 

@@ -1,0 +1,133 @@
+"""What a notebook shows: its cells are run, and shown, as Jupyter's kernel does."""
+
+from __future__ import annotations
+
+from html.parser import HTMLParser
+from typing import Any
+
+import pytest
+from refusals import refused
+
+import hexapod_pin as hp
+from hexapod_pin.errors import NotRecordedError, ParameterError, UnknownNameError
+from tests.test_selection_report import selection
+
+pytest.importorskip("IPython")
+pytest.importorskip("matplotlib")
+
+CELLS = {
+    "robot": "import hexapod_pin as hp\nrobot = hp.load_robot('kharagpur')\nrobot",
+    "scene": "scene = hp.Scene(robot, terrain=hp.Slope(angle=0.05))\nscene",
+    "trace": "gait = hp.Gait.tripod(stroke=0.1, cycle_time=0.6)\n"
+             "trace = hp.simulate(scene, hp.KinematicControl(gait), duration=2.6, accuracy=1e-3)\n"
+             "trace",
+    "budget": "hp.torque_budget(trace)",
+    "torque": "trace.plot('torque')",
+    "forces": "trace.plot.foot_forces(legs=['lf', 'rr'], between=(1.0, 2.0))",
+    "com": "trace.plot.com()",
+}  # fmt: skip
+
+
+class Page(HTMLParser):
+    """Tags, texts, and the pages in frames."""
+
+    def __init__(self, text: str) -> None:
+        """Read a page."""
+        super().__init__()
+        self.tags: list[str] = []
+        self.text = ""
+        self.frames: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        self.frames += [value or "" for name, value in attrs if name == "srcdoc"]
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+@pytest.fixture(scope="module")
+def shown() -> dict[str, dict[str, Any]]:
+    """The formats of each cell's result, by name of the cell, and the trace itself."""
+    from IPython.core.interactiveshell import InteractiveShell
+
+    shell = InteractiveShell.instance()
+    found = {}
+    try:
+        for name, cell in CELLS.items():
+            done = shell.run_cell(cell)
+            done.raise_error()
+            found[name], _ = shell.display_formatter.format(done.result)
+        found["objects"] = dict(shell.user_ns)
+    finally:
+        InteractiveShell.clear_instance()
+    return found
+
+
+@pytest.mark.parametrize("name", ["robot", "scene", "trace"])
+def test_a_notebook_shows_robot_scene_and_trace(shown: dict, name: str) -> None:
+    """Facts, and a picture in a frame that is a whole page of the viewer."""
+    page = Page(shown[name]["text/html"])
+    assert "kharagpur" in page.text
+    assert page.tags.count("iframe") == 1
+    (frame,) = page.frames
+    assert frame.startswith("<!DOCTYPE html>") and "MeshCat" in frame
+    assert "http-equiv" in frame  # forbids itself the network
+    assert "text/plain" in shown[name]
+
+
+def test_the_numbers_shown_are_those_of_the_objects(shown: dict) -> None:
+    trace = shown["objects"]["trace"]
+    budget = hp.torque_budget(trace)
+    page = Page(shown["budget"]["text/html"])
+    for kind in budget.kinds:
+        assert kind.peak.joint in page.text
+        assert f"{kind.peak.torque_peak_time:.4g}" in page.text
+    assert f"{len(trace.time)} samples" in Page(shown["trace"]["text/html"]).text
+    assert "rf_tibia" in Page(shown["robot"]["text/html"]).text
+
+
+@pytest.mark.parametrize("name", ["torque", "forces", "com"])
+def test_a_figure_is_shown_as_a_picture(shown: dict, name: str) -> None:
+    assert shown[name]["image/png"].startswith(b"\x89PNG") or shown[name]["image/png"][:4] == "iVBO"
+
+
+def test_the_curves_are_the_samples(shown: dict) -> None:
+    trace = shown["objects"]["trace"]
+    figure = trace.plot.torque(legs=["rr"])
+    (axes,) = (one for one in figure.axes if one.lines)
+    joint = trace.joint("rr_femur_joint")
+    (line,) = (one for one in axes.lines if one.get_label() == "femur")
+    assert (line.get_ydata() == trace.torque[:, joint]).all()
+    assert (line.get_xdata() == trace.time).all()
+    assert axes.get_ylabel() == "torque [N m]"
+    for name in ("speed", "angle", "power"):
+        assert trace.plot(name, legs=["lf"]).axes[0].lines
+
+
+def test_figures_refuse_what_they_cannot_draw(shown: dict) -> None:
+    trace = shown["objects"]["trace"]
+    with refused(UnknownNameError, about=("torques", "torque")):
+        trace.plot("torques")
+    with refused(NotRecordedError, "slip_speed"):
+        trace.plot.slip()
+    with refused(ParameterError, "between"):
+        trace.plot.torque(between=(2.0, 1.0))
+
+
+def test_a_selection_is_a_table_and_hostile_names_are_escaped() -> None:
+    page = Page(selection(robot_name="<b>six</b>", confidence=None)._repr_html_())
+    assert "M1 at 12 V" in page.text and "b" not in page.tags
+    assert "<b>six</b>" in page.text or "six" not in page.text
+    assert page.tags.count("table") >= 2
+
+
+def test_what_cannot_be_drawn_says_why() -> None:
+    """A trace without a URDF has facts and a reason in place of a playback."""
+    from tests.synthetic import synthetic_trace, with_run
+
+    trace = synthetic_trace(duration=0.1)
+    bare = with_run(trace, urdf=None)
+    page = Page(bare._repr_html_())
+    assert "iframe" not in page.tags and "No playback" in page.text
