@@ -15,7 +15,7 @@ from refusals import refused
 
 import hexapod_pin as hp
 
-VIEWERS = {"meshcat", "yourdfpy", "matplotlib", "fpdf", "xarray"}
+VIEWERS = {"meshcat", "yourdfpy", "matplotlib", "xarray"}
 HEAVY = {*VIEWERS, *"pinocchio scipy h5py pydantic trimesh collada xacro PIL".split()}
 
 

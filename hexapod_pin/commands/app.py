@@ -25,7 +25,14 @@ from hexapod_pin.commands.refusal import refusal_text
 from hexapod_pin.commands.resources import require_resources
 from hexapod_pin.commands.select import select
 from hexapod_pin.commands.sweep import sweep
-from hexapod_pin.commands.terminal import FAILED, INTERRUPTED_TEXT, echo, fail, interrupted_status
+from hexapod_pin.commands.terminal import (
+    FAILED,
+    INTERRUPTED_TEXT,
+    echo,
+    fail,
+    interrupted_status,
+    remember_command,
+)
 from hexapod_pin.commands.trace_commands import budget, stability, view
 from hexapod_pin.commands.urdf_commands import check, repair
 from hexapod_pin.commands.walk import run, walk
@@ -141,6 +148,7 @@ def main(argv: Sequence[str] | None = None) -> NoReturn:
         argv: arguments without the program's name; None takes those of the process.
     """
     arguments = sys.argv[1:] if argv is None else list(argv)
+    remember_command(arguments)
     if not arguments:
         echo(START)
         sys.exit(0)

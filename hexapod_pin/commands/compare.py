@@ -12,6 +12,7 @@ from hexapod_pin.commands.options import ImportCode, OptionalFloat, OptionalPath
 from hexapod_pin.commands.output_files import (
     PAGES,
     WrittenFiles,
+    report_marks,
     writable,
     writable_figure,
     written_files,
@@ -88,6 +89,10 @@ def compare(
     figure: Annotated[
         OptionalPath, typer.Option(help="Bar chart to write: .png, .svg or .pdf.")
     ] = None,
+    report: Annotated[
+        OptionalPath,
+        typer.Option(help="Report to write: .html with figure and sortable tables."),
+    ] = None,
     json: Annotated[
         OptionalPath, typer.Option("--json", help="All numbers to write, as JSON.")
     ] = None,
@@ -118,6 +123,7 @@ def compare(
 
     html = None if html is None else writable("--html", html, PAGES)
     figure = None if figure is None else writable_figure("--figure", figure)
+    report = None if report is None else writable("--report", report, PAGES, drawn=True)
     json = None if json is None else writable("--json", json, JSON)
     how = run_options(store, resume, retry_failed, threads, processes, scheduler)
     import_code(code)
@@ -145,6 +151,10 @@ def compare(
             from hexapod_pin.view.study_figures import write_comparison_figure
 
             written(lambda: write_comparison_figure(comparison, figure))
+        if report is not None:
+            from hexapod_pin.view.study_report import write_study_report
+
+            written(lambda: write_study_report(comparison, report, **report_marks()))
         if html is not None:
             _play(planned, html, threads or 1, written)
 

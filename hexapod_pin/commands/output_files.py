@@ -6,11 +6,12 @@ import os
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from datetime import date
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hexapod_pin.atomic_file import require_own_name
-from hexapod_pin.commands.terminal import echo
+from hexapod_pin.commands.terminal import echo, typed_command
 from hexapod_pin.errors import HexapodError, TraceFileError
 from hexapod_pin.stop_signals import unbroken
 from hexapod_pin.user_file import declare_output, reason_of, user_path
@@ -30,6 +31,11 @@ PAGE_BYTES = 500_000
 
 LEAST_SHARE = 0.1
 """No trace takes less of what its samples take in memory [-]: they are compressed without loss."""
+
+
+def report_marks() -> dict[str, str]:
+    """Return what a report states of its making: today's date, and the command of this process."""
+    return {"date": date.today().isoformat(), "command": typed_command()}
 
 
 def writable(option: str, path: Path, endings: Sequence[str] = (), *, drawn: bool = False) -> Path:

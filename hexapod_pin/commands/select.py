@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from hexapod_pin.commands.options import OptionalFloat, OptionalPath, RobotName
-from hexapod_pin.commands.output_files import written_files
+from hexapod_pin.commands.output_files import report_marks, written_files
 from hexapod_pin.commands.progress import progress_bar
 from hexapod_pin.commands.study_options import (
     Processes,
@@ -55,7 +55,7 @@ def select(
     repair: Annotated[
         bool, typer.Option("--repair", help="Repair the robot's file first.")
     ] = False,
-    html: Annotated[Path, typer.Option(help="Report to write: .html or .pdf.")] = Path(
+    html: Annotated[Path, typer.Option(help="Report to write: .html, which prints as A4.")] = Path(
         "motors.html"
     ),
     no_html: Annotated[bool, typer.Option("--no-html", help="Write no report.")] = False,
@@ -73,14 +73,11 @@ def select(
 ) -> None:
     """Rank motors for a robot: each simulated with its mass, inertia and torque-speed line."""
     announce(f"reading {robot}")
-    from hexapod_pin.commands.output_files import writable
+    from hexapod_pin.commands.output_files import PAGES, writable
     from hexapod_pin.commands.terminal import NONE_PASSES, fail, interrupted_status
     from hexapod_pin.study.selection import select_motors
-    from hexapod_pin.view.report import require_report
 
-    report = None if no_html else writable("--html", html, (".html", ".pdf"), drawn=True)
-    if report is not None:
-        require_report(f"--html {html}", report.suffix.lower())
+    report = None if no_html else writable("--html", html, PAGES, drawn=True)
     table = None if csv is None else writable("--csv", csv, (".csv",))
     text, folder = study_text(robot, study, catalog, voltage, motor_mass, repair)
     how = run_options(store, resume, retry_failed, threads, processes, scheduler)
@@ -195,7 +192,7 @@ def write_files(selection: MotorSelection, report: Path | None, table: Path | No
         if report is not None:
             from hexapod_pin.view.selection_report import write_selection_report
 
-            written(lambda: write_selection_report(selection, report), err=True)
+            written(lambda: write_selection_report(selection, report, **report_marks()), err=True)
         if table is not None:
             from hexapod_pin.results.motor_selection import write_selection_csv
 

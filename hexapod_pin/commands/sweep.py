@@ -9,7 +9,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hexapod_pin.commands.options import ImportCode, OptionalPath, import_code
-from hexapod_pin.commands.output_files import writable, writable_figure, written_files
+from hexapod_pin.commands.output_files import (
+    PAGES,
+    report_marks,
+    writable,
+    writable_figure,
+    written_files,
+)
 from hexapod_pin.commands.progress import time_left_bar
 from hexapod_pin.commands.study_options import (
     Processes,
@@ -34,6 +40,10 @@ def sweep(
         OptionalPath, typer.Option(help="Dataset to write: .nc, .h5, .hdf5, or .csv as a table.")
     ] = None,
     plot: Annotated[OptionalPath, typer.Option(help="Figure to write: .png, .svg or .pdf.")] = None,
+    report: Annotated[
+        OptionalPath,
+        typer.Option(help="Report to write: .html with figure and sortable tables."),
+    ] = None,
     resume: Resume = False,
     retry_failed: RetryFailed = False,
     threads: StudyThreads = None,
@@ -51,6 +61,7 @@ def sweep(
     store = writable("--store", Path(f"{study.stem}.db") if store is None else store)
     out = None if out is None else writable("--out", out, ENDINGS)
     plot = None if plot is None else writable_figure("--plot", plot)
+    report = None if report is None else writable("--report", report, PAGES, drawn=True)
     import_code(code)
     found = load_sweep(study)
     echo(f"{found.name}: {len(found)} cases, study {found.digest}")
@@ -70,6 +81,10 @@ def sweep(
             from hexapod_pin.view.study_figures import write_sweep_figure
 
             written(lambda: write_sweep_figure(result, plot))
+        if report is not None:
+            from hexapod_pin.view.study_report import write_study_report
+
+            written(lambda: write_study_report(result, report, **report_marks()))
 
 
 SHOWN = 3

@@ -5,6 +5,7 @@ Nothing is imported here that takes time: the first line of a command comes befo
 
 from __future__ import annotations
 
+import shlex
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
@@ -24,6 +25,19 @@ def echo(text: str = "", *, err: bool = False) -> None:
     import typer
 
     typer.echo(visible(text), err=err)
+
+
+_arguments: list[str] = []
+
+
+def remember_command(arguments: Sequence[str]) -> None:
+    """Keep the arguments of the command that runs, for what it writes."""
+    _arguments[:] = arguments
+
+
+def typed_command() -> str:
+    """Return the command that runs as one line, fit to be typed again."""
+    return shlex.join(["hexapod-pin", *_arguments])
 
 
 def announce(text: str) -> None:

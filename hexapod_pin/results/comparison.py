@@ -250,11 +250,15 @@ class Comparison(Immutable):
         runs: of each scene and variant, one run per controller.
         settings: how they were run, one line each.
         assumed: statements of what is assumed rather than taken from a source.
+        motor: what drives the joints, as text.
+        contact: laws of the feet on the ground, as text.
     """
 
     runs: tuple[ComparedRun, ...]
     settings: tuple[str, ...] = field(default=(), kw_only=True)
     assumed: tuple[str, ...] = field(default=(), kw_only=True)
+    motor: str = field(default="", kw_only=True, repr=False)
+    contact: str = field(default="", kw_only=True, repr=False)
 
     def __post_init__(self) -> None:
         """Refuse a comparison of nothing, and two runs in one place."""

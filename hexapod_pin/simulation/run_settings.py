@@ -258,6 +258,13 @@ class RunSettings:
         return EVALUATIONS_AT_START + EVALUATIONS_PER_SECOND * self.duration
 
     @property
+    def accuracy_text(self) -> str:
+        """Method and accuracy or step, for reports."""
+        chosen = self.method_settings
+        how = f"accuracy {chosen.accuracy:g}" if chosen.accuracy else f"step {chosen.step:g} s"
+        return f"{chosen.method.name}, {how}"
+
+    @property
     def compared_groups(self) -> tuple[str, ...]:
         """The groups of samples, besides the motion, that the control of the error needs."""
         return ("torque",) if self.method_settings.torque_request else ()

@@ -136,7 +136,12 @@ def _comparison(planned: Sequence[PlannedRun], results: Sequence[Any]) -> Compar
     )
     summaries = [result for result in results if isinstance(result, Summary)]
     assumed = (text for summary in summaries for text in summary.run.assumed)
-    return Comparison(runs, settings=_settings(planned), assumed=tuple(dict.fromkeys(assumed)))
+    scenes = [plan.case.scene for plan in planned]
+    return Comparison(
+        runs, settings=_settings(planned), assumed=tuple(dict.fromkeys(assumed)),
+        motor="; ".join(dict.fromkeys(scene.servos.describe() for scene in scenes)),
+        contact="; ".join(dict.fromkeys(scene.contact.describe() for scene in scenes)),
+    )  # fmt: skip
 
 
 def _turn_rate(case: Case) -> float | None:
@@ -150,8 +155,6 @@ def _settings(planned: Sequence[PlannedRun]) -> tuple[str, ...]:
     lines: dict[str, None] = {}
     for plan in planned:
         settings, robot = plan.case.settings, plan.case.scene.robot
-        choice = settings.method_settings
-        how = f"accuracy {choice.accuracy:g}" if choice.accuracy else f"step {choice.step:g} s"
-        text = f"{robot.name}, {settings.duration:g} s, {choice.method.name}, {how}"
+        text = f"{robot.name}, {settings.duration:g} s, {settings.accuracy_text}"
         lines[text] = None
     return tuple(lines)

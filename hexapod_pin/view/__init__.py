@@ -12,6 +12,7 @@ from hexapod_pin.view.notebook import notebook_html
 from hexapod_pin.view.selection_report import write_selection_report
 from hexapod_pin.view.side_by_side import write_side_by_side
 from hexapod_pin.view.study_figures import write_comparison_figure
+from hexapod_pin.view.study_report import write_study_report
 from hexapod_pin.view.trace_plots import TracePlots
 from hexapod_pin.view.walk_figures import write_joint_motion_figure, write_joint_torque_figure
 
@@ -30,6 +31,7 @@ __all__ = [
     "write_quasi_static_figure",
     "write_selection_report",
     "write_side_by_side",
+    "write_study_report",
     "write_torque_curves",
     "write_torque_heat_map",
 ]

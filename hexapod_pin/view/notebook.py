@@ -108,8 +108,8 @@ def _standing(scene: Scene) -> str:
 def _of_trace(trace: Trace) -> Iterator[Block]:
     try:
         headline = walk_answer(trace).headline
-    except HexapodError as error:
-        headline = str(error)
+    except HexapodError as failed:
+        headline = str(failed)
     error = trace.error_estimate
     numerics = trace.run.numerics
     yield Paragraph(headline)

@@ -1,32 +1,30 @@
-"""A report is a list of blocks (texts, tables, figures), written as an HTML page or a PDF file."""
+"""A report is a page of blocks: a header, texts, sortable tables, figures.
+
+It prints as pages of A4: a browser makes the PDF file of it.
+"""
 
 from __future__ import annotations
 
 import base64
-import io
 from collections.abc import Callable, Sequence
-from contextlib import closing
 from dataclasses import dataclass, field
 from html import escape
+from importlib.metadata import version
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
-from hexapod_pin.errors import MissingPackageError
 from hexapod_pin.foreign_text import encoded
 from hexapod_pin.view.figure_file import figure_bytes, require_matplotlib, settle_layout
 
 if TYPE_CHECKING:
-    from matplotlib.figure import FigureBase
+    from matplotlib.figure import Figure, FigureBase
 
-    from hexapod_pin.view.report_pdf import Paper
+    from hexapod_pin.text_table import Table as TextTable
 
 WIDTH = 7.3
 """Width of figures: that between the margins of a page of A4 [inch]."""
 
 DPI = 200
-"""Of figures in a PDF file, and of the rasterized parts of those in a page."""
-
-WITH_TABLE, WITH_TEXT = 110.0, 40.0
-"""Room on paper for what introduces a table, with its first rows, and for any other block [pt]."""
+"""Of the rasterized parts of figures."""
 
 LEVELS = {
     "good": ("#2e6b34", "#f2f8f2"),
@@ -63,77 +61,27 @@ class Block(Protocol):
     def html(self) -> str:
         """Return the element of a page; all its texts are escaped."""
 
-    def print(self, paper: Paper) -> None:
-        """Print it below what is on paper so far."""
 
-
-def require_report(report: str, ending: str) -> None:
-    """Refuse a report, before anything is computed for it, where a package is missing.
+def report_bytes(blocks: Sequence[Block]) -> bytes:
+    """Return the page of a report, which needs no other file; the same blocks give the same bytes.
 
     Args:
-        report: its name, for the message.
-        ending: of its file.
+        blocks: the title of the first `Header` among them is that of the page.
 
     Raises:
-        MissingPackageError: matplotlib, or fpdf2 for a PDF file, is not installed.
+        MissingPackageError: matplotlib is not installed.
     """
-    require_matplotlib(report)
-    if ending == ".pdf":
-        try:
-            import fpdf  # noqa: F401
-        except ImportError as error:
-            raise MissingPackageError("fpdf2", "plot", report) from error
-
-
-def report_bytes(blocks: Sequence[Block], ending: str) -> bytes:
-    """Return the file of a report; the same blocks give the same bytes.
-
-    Args:
-        blocks: the first `Title` among them is that of the file, too.
-        ending: ".pdf": pages of A4; another: an HTML page that needs no other file.
-
-    Raises:
-        MissingPackageError: matplotlib, or fpdf2 for a PDF file, is not installed.
-    """
-    require_report(f"a report as {ending}", ending)
+    require_matplotlib("a report")
     import matplotlib
 
     style: Any = STYLE
-    title = next((block.text for block in blocks if isinstance(block, Title)), "Report")
+    title = next((block.title for block in blocks if isinstance(block, Header)), "Report")
     with matplotlib.rc_context():
         matplotlib.rcdefaults()
         matplotlib.rcParams.update(style)
-        if ending == ".pdf":
-            return _printed(title, blocks)
         body = "\n".join(block.html() for block in blocks)
-        return encoded(_PAGE.format(title=escape(title), style=_CSS, body=body))
-
-
-def _printed(title: str, blocks: Sequence[Block]) -> bytes:
-    """Return the PDF file of a report."""
-    from hexapod_pin.view.report_pdf import Paper
-
-    with closing(Paper(title)) as paper:
-        for block, after in zip(blocks, (*blocks[1:], None), strict=True):
-            if not isinstance(block, Table):
-                paper.room(WITH_TABLE if isinstance(after, Table) else WITH_TEXT)
-            block.print(paper)
-        return bytes(paper.output())
-
-
-@dataclass(frozen=True)
-class Title:
-    """The report's title."""
-
-    text: str
-
-    def html(self) -> str:
-        """Return a heading of the first level."""
-        return f"<h1>{escape(self.text)}</h1>"
-
-    def print(self, paper: Paper) -> None:
-        """Print the title."""
-        paper.title_line(self.text)
+    page = _PAGE.format(title=escape(title), style=_CSS, body=body, script=_SCRIPT)
+    return encoded(page)
 
 
 @dataclass(frozen=True)
@@ -145,10 +93,6 @@ class Heading:
     def html(self) -> str:
         """Return a heading of the second level."""
         return f"<h2>{escape(self.text)}</h2>"
-
-    def print(self, paper: Paper) -> None:
-        """Print it with a line below, and list it in the file's outline."""
-        paper.heading(self.text)
 
 
 @dataclass(frozen=True)
@@ -162,10 +106,6 @@ class Paragraph:
         """Return a paragraph."""
         small = ' class="small"' if self.small else ""
         return f"<p{small}>{escape(self.text)}</p>"
-
-    def print(self, paper: Paper) -> None:
-        """Print the text."""
-        paper.paragraph(self.text, small=self.small)
 
 
 @dataclass(frozen=True)
@@ -189,10 +129,6 @@ class Verdict:
         style = f"border-color: {edge}; background: {ground}"
         return f'<div class="verdict" style="{style}"><b>{escape(self.word)}</b>{texts}</div>'
 
-    def print(self, paper: Paper) -> None:
-        """Print a coloured box."""
-        paper.box(self.word, self.texts, *LEVELS[self.level])
-
 
 @dataclass(frozen=True)
 class Facts:
@@ -205,9 +141,53 @@ class Facts:
         rows = (f"<dt>{escape(a)}</dt><dd>{escape(b)}</dd>" for a, b in self.rows)
         return f"<dl>{''.join(rows)}</dl>"
 
-    def print(self, paper: Paper) -> None:
-        """Print labels and texts side by side."""
-        paper.pairs(self.rows, 120.0)
+
+@dataclass(frozen=True)
+class Header:
+    """What every report begins with: title, verdict, what was run, and how to make it again.
+
+    Attributes:
+        title: of the page.
+        verdict: the result; None where there is none.
+        robot: name and mass.
+        gait: what it walks.
+        motor: what its joints are driven by.
+        contact: laws of the feet on the ground.
+        accuracy: of the numbers, and the method.
+        more: further labels and texts.
+        date: as it is printed.
+        command: that makes the report again.
+    """
+
+    title: str
+    verdict: Verdict | None = None
+    robot: str = ""
+    gait: str = ""
+    motor: str = ""
+    contact: str = ""
+    accuracy: str = ""
+    more: tuple[tuple[str, str], ...] = ()
+    date: str = ""
+    command: str = ""
+
+    @property
+    def facts(self) -> tuple[tuple[str, str], ...]:
+        """Labels and texts in the order of the page; what is not stated is left out."""
+        rows = (
+            ("Robot", self.robot), ("Gait", self.gait), ("Motor", self.motor),
+            ("Contact", self.contact), ("Accuracy", self.accuracy), *self.more,
+            ("Date", self.date), ("Version", f"hexapod-pin {version('hexapod-pin')}"),
+        )  # fmt: skip
+        return tuple((label, text) for label, text in rows if text)
+
+    def html(self) -> str:
+        """Return title, verdict and a list of terms; the command has a button that copies it."""
+        rows = "".join(f"<dt>{escape(a)}</dt><dd>{escape(b)}</dd>" for a, b in self.facts)
+        if self.command:
+            copy = '<button class="copy" type="button" hidden>copy</button>'
+            rows += f"<dt>Command</dt><dd><code>{escape(self.command)}</code> {copy}</dd>"
+        verdict = "" if self.verdict is None else self.verdict.html()
+        return f"<header><h1>{escape(self.title)}</h1>{verdict}<dl>{rows}</dl></header>"
 
 
 @dataclass(frozen=True)
@@ -220,10 +200,6 @@ class Items:
         """Return a list."""
         return "<ul>" + "".join(f"<li>{escape(text)}</li>" for text in self.texts) + "</ul>"
 
-    def print(self, paper: Paper) -> None:
-        """Print a list."""
-        paper.pairs([("•", text) for text in self.texts], 13.0, small=True)
-
 
 @dataclass(frozen=True)
 class SignatureFields:
@@ -235,10 +211,6 @@ class SignatureFields:
         """Return lines to sign on."""
         fields = (f"<div>{escape(label)}, date</div>" for label in self.labels)
         return f'<div class="sign">{"".join(fields)}</div>'
-
-    def print(self, paper: Paper) -> None:
-        """Print lines to sign on."""
-        paper.signatures([f"{label}, date" for label in self.labels])
 
 
 class Cell(NamedTuple):
@@ -268,7 +240,7 @@ class Column(NamedTuple):
 
 @dataclass(frozen=True)
 class Table:
-    """A table.
+    """A table, which a click on a title sorts.
 
     Attributes:
         columns: titles.
@@ -282,6 +254,14 @@ class Table:
     groups: tuple[tuple[str, int], ...] = ()
     note: str = ""
 
+    @classmethod
+    def of(cls, table: TextTable) -> Table:
+        """Return a table of texts and numbers as one of a page; its first column may be broken."""
+        titles = [title.replace("\n", " ") for title in table.head]
+        columns = (Column(title, wide=k == 0) for k, title in enumerate(titles))
+        rows = (tuple(map(Cell, row)) for row in table.texts())
+        return cls(tuple(columns), tuple(rows))
+
     def html(self) -> str:
         """Return a table, and its note as a paragraph."""
         groups = "".join(f'<th colspan="{n}">{escape(t)}</th>' for t, n in self.groups)
@@ -294,12 +274,6 @@ class Table:
         table = f"<table{dense}><thead>{head}</thead><tbody>{''.join(rows)}</tbody></table>"
         note = Paragraph(self.note, small=True).html() if self.note else ""
         return f'<div class="scroll">{table}</div>{note}'
-
-    def print(self, paper: Paper) -> None:
-        """Print the table, its titles again on each page, and its note."""
-        paper.grid(self.columns, self.rows, self.groups)
-        if self.note:
-            paper.paragraph(self.note, small=True)
 
 
 def _html_cell(column: Column, cell: Cell) -> str:
@@ -324,28 +298,44 @@ class Picture:
 
     def html(self) -> str:
         """Return the drawing as SVG in the page itself."""
-        data = base64.b64encode(self._drawn("svg", metadata={"Date": None})).decode("ascii")
-        caption = escape(self.caption)
-        return (
-            f'<figure><img alt="{caption}" src="data:image/svg+xml;base64,{data}">'
-            f"<figcaption>{caption}</figcaption></figure>"
-        )
-
-    def print(self, paper: Paper) -> None:
-        """Print the drawing over the whole width."""
-        paper.picture(io.BytesIO(self._drawn("png")), 72.0 * self.height, self.caption)
-
-    def _drawn(self, ending: str, **options: Any) -> bytes:
         from matplotlib.figure import Figure
 
         figure = Figure(figsize=(WIDTH, self.height), layout="constrained")
         self.draw(figure)
-        settle_layout(figure)
-        return figure_bytes(figure, ending, dpi=DPI, **options)
+        return _figure(figure, self.caption)
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A figure of the functions that draw figures of results.
+
+    Attributes:
+        make: returns it.
+        caption: below it.
+    """
+
+    make: Callable[[], Figure] = field(repr=False)
+    caption: str
+
+    def html(self) -> str:
+        """Return the drawing as SVG in the page itself."""
+        return _figure(self.make(), self.caption)
+
+
+def _figure(figure: Figure, caption: str) -> str:
+    settle_layout(figure)
+    data = figure_bytes(figure, "svg", dpi=DPI, metadata={"Date": None})
+    source = base64.b64encode(data).decode("ascii")
+    text = escape(caption)
+    return (
+        f'<figure><img alt="{text}" src="data:image/svg+xml;base64,{source}">'
+        f"<figcaption>{text}</figcaption></figure>"
+    )
 
 
 _CSS = """
-@page { size: A4; margin: 13mm 12mm; }
+@page { size: A4; margin: 13mm 12mm 16mm;
+  @bottom-right { content: "page " counter(page) " of " counter(pages); font: 7pt sans-serif; } }
 body { font: 10pt/1.4 "Helvetica Neue", Arial, "Liberation Sans", "DejaVu Sans", sans-serif;
   color: #1a1a1a; max-width: 200mm; margin: 10mm auto; padding: 0 5mm; }
 h1 { font-size: 19pt; margin: 0 0 3mm; }
@@ -371,6 +361,11 @@ tr.groups th:empty { border-bottom: 0; }
 td { text-align: right; vertical-align: top; padding: 0.6mm 1.2mm; white-space: nowrap;
   border-bottom: 0.15mm solid #ccc; font-variant-numeric: tabular-nums; }
 th.wide, td.wide { text-align: left; white-space: normal; overflow-wrap: break-word; }
+th[role] { cursor: pointer; }
+th[role]:hover, th[role]:focus { text-decoration: underline; }
+th[aria-sort]::after { content: " \25B2"; font-size: 70%; }
+th[aria-sort=descending]::after { content: " \25BC"; }
+code { font-family: "DejaVu Sans Mono", monospace; font-size: 90%; }
 table.dense { font-size: 6.6pt; }
 table.dense th, table.dense td { padding-left: 0.6mm; padding-right: 0.6mm; }
 td.short { white-space: nowrap; }
@@ -382,6 +377,9 @@ figcaption { font-size: 8.5pt; color: #333; margin-top: 1mm; overflow-wrap: anyw
 .sign { display: grid; grid-template-columns: repeat(3, 1fr); gap: 8mm; margin: 14mm 0 4mm;
   break-inside: avoid; }
 @media print {
+  button { display: none; }
+  th[aria-sort]::after { content: none; }
+  h1, h2 { break-after: avoid; }
   body { margin: 0; padding: 0; max-width: none; font-size: 8.5pt; }
   p.small, ul, figcaption { font-size: 7pt; }
   table { font-size: 7pt; }
@@ -392,18 +390,60 @@ figcaption { font-size: 8.5pt; color: #333; margin-top: 1mm; overflow-wrap: anyw
 .sign div { border-top: 0.3mm solid #1a1a1a; padding-top: 1mm; font-size: 8.5pt; }
 """
 
+_SCRIPT = """const key = (text) => {
+  if (text.startsWith("\u221e")) return Infinity;
+  const number = parseFloat(text.replace(/^([-+]?)\u2212/, "$1-"));
+  return Number.isNaN(number) ? text : number;
+};
+function compare(a, b, way) {  // numbers first, either way: a dash is no number
+  if (typeof a !== typeof b) return typeof a === "number" ? -1 : 1;
+  return a < b ? -way : a > b ? way : 0;
+}
+for (const table of document.querySelectorAll("table")) {
+  const body = table.tBodies[0], titles = [...table.tHead.rows[table.tHead.rows.length - 1].cells];
+  if (body.rows.length < 2) continue;
+  titles.forEach((title, column) => {
+    const sort = () => {
+      const way = title.getAttribute("aria-sort") === "ascending" ? -1 : 1;
+      for (const other of titles) other.removeAttribute("aria-sort");
+      title.setAttribute("aria-sort", way > 0 ? "ascending" : "descending");
+      const of = (row) => key(row.cells[column].textContent.trim());
+      body.append(...[...body.rows].sort((a, b) => compare(of(a), of(b), way)));
+    };
+    title.tabIndex = 0;
+    title.setAttribute("role", "columnheader button");
+    title.title = "sort";
+    title.onclick = sort;
+    title.onkeydown = (event) => { if (event.key === "Enter") sort(); };
+  });
+}
+for (const button of document.querySelectorAll("button.copy")) {
+  button.hidden = false;
+  button.onclick = () => {
+    const range = document.createRange();
+    range.selectNodeContents(button.previousElementSibling);
+    getSelection().removeAllRanges();
+    getSelection().addRange(range);
+    document.execCommand("copy");
+    button.textContent = "copied";
+  };
+}
+"""
+
 _PAGE = """<!DOCTYPE html>
 <html lang="en">
 <head>
 <meta charset="utf-8">
 <meta http-equiv="Content-Security-Policy"
- content="default-src 'none'; style-src 'unsafe-inline'; img-src data:">
+ content="default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <title>{title}</title>
 <style>{style}</style>
 </head>
 <body>
 {body}
+<script>
+{script}</script>
 </body>
 </html>
 """

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from importlib.metadata import version
 from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,12 +16,12 @@ from hexapod_pin.view.report import (
     Cell,
     Column,
     Facts,
+    Header,
     Heading,
     Items,
     Paragraph,
     SignatureFields,
     Table,
-    Title,
     Verdict,
     report_bytes,
 )
@@ -51,39 +50,40 @@ if TYPE_CHECKING:
     from hexapod_pin.results.motor_selection import MotorCandidate, MotorSelection
 
 
-ENDINGS = (".html", ".htm", ".pdf")
+ENDINGS = (".html", ".htm")
 
 
 @checked
 def write_selection_report(
-    selection: MotorSelection, path: str | Path, *, date: str | None = None
+    selection: MotorSelection, path: str | Path, *, date: str | None = None, command: str = ""
 ) -> Path:
     r"""Write the report of a motor selection, wholly or not at all, and return its path.
 
-    An HTML page needs no network, no script and no other file; a PDF has pages of A4. Both hold
-    the same: verdict, choice, ranking, figures, what was simulated, derating with its evidence,
-    assumptions, data and sources of the motors. The same selection gives the same bytes.
+    A page that needs no network and no other file, and prints as pages of A4: verdict, choice,
+    ranking, figures, what was simulated, derating with its evidence, assumptions, data and sources
+    of the motors. The same selection gives the same bytes.
 
     Args:
         selection: the result of `select_motors`.
-        path: ends in .html or .pdf.
+        path: ends in .html.
         date: printed as it is; None: none is printed.
+        command: that makes the report again; printed as it is.
 
     Raises:
         TraceFileError: another ending, or the file cannot be written.
         ParameterError: the selection has no motor to report on.
-        MissingPackageError: matplotlib, or fpdf2 for a PDF file, is not installed.
+        MissingPackageError: matplotlib is not installed.
 
     Example:
         >>> found = select_motors('schema = 1\n[base]\nrobot = "kharagpur"')
         >>> write_selection_report(found, "motors.html")
     """
-    ending = check_ending(path, ENDINGS)
+    check_ending(path, ENDINGS)
     if not selection.candidates and selection.choice is None:
         raise ParameterError(
             "selection.candidates", 0, "one motor or more", "Choose motors of the catalogue."
         )
-    return write_atomically(path, report_bytes(tuple(selection_blocks(selection, date)), ending))
+    return write_atomically(path, report_bytes(tuple(selection_blocks(selection, date, command))))
 
 
 FAILING = 10
@@ -93,11 +93,11 @@ REASONS = 3
 """Reasons that are listed for each motor; of the others the number is given."""
 
 
-def selection_blocks(s: MotorSelection, date: str | None) -> Iterator[Block]:
+def selection_blocks(
+    s: MotorSelection, date: str | None = None, command: str = ""
+) -> Iterator[Block]:
     """Return the whole report."""
-    yield Title(f"Motor selection: {s.robot_name}")
-    yield Facts(_facts(s, date))
-    yield Verdict(verdict_word(s), verdict_texts(s), verdict_level(s))
+    yield _header(s, date or "", command)
     yield from _choice(s)
     yield from _ranking(s)
     yield from pictures(s)
@@ -107,24 +107,26 @@ def selection_blocks(s: MotorSelection, date: str | None) -> Iterator[Block]:
     yield SignatureFields(("Prepared by", "Checked by", "Approved by"))
 
 
-def _facts(s: MotorSelection, date: str | None) -> tuple[tuple[str, str], ...]:
+def _header(s: MotorSelection, date: str, command: str) -> Header:
     share = f"of it motors of {1e3 * s.contained:.3g} g each, which are replaced"
-    return (
-        ("Robot", f"{s.robot_name}, {number(s.total_mass)} kg as in its file ({share})"),
-        ("Walks to be carried", "; ".join(s.walks) or UNKNOWN),
-        (
-            "Motors",
-            f"{len(s.candidates)} judged, {sum(c.passes for c in s.candidates)} of them pass on "
-            f"all joints; {len(s.unusable)} could not be judged. Catalogue: {s.catalog}",
-        ),
-        (
-            "Allowed",
-            f"{s.derating.peak:g} of the torque-speed line at {s.derating.voltage:g} of the rated "
-            f"voltage; for ever the published rated torque, else {s.derating.continuous:g} of the "
-            "stall torque",
-        ),
-        ("Made by", f"hexapod-pin {version('hexapod-pin')}" + (f", {date}" if date else "")),
+    judged = (
+        f"{len(s.candidates)} judged, {sum(c.passes for c in s.candidates)} of them pass on all "
+        f"joints; {len(s.unusable)} could not be judged. Catalogue: {s.catalog}"
     )
+    allowed = (
+        f"{s.derating.peak:g} of the torque-speed line at {s.derating.voltage:g} of the rated "
+        f"voltage; for ever the published rated torque, else {s.derating.continuous:g} of the "
+        "stall torque"
+    )
+    return Header(
+        f"Motor selection: {s.robot_name}",
+        Verdict(verdict_word(s), verdict_texts(s), verdict_level(s)),
+        robot=f"{s.robot_name}, {number(s.total_mass)} kg as in its file ({share})",
+        gait="; ".join(s.walks) or UNKNOWN,
+        motor=f"{s.best.name}; {judged}",
+        contact=s.contact, accuracy=s.accuracy,
+        more=(("Allowed", allowed),), date=date, command=command,
+    )  # fmt: skip
 
 
 def _choice(s: MotorSelection) -> Iterator[Block]:

@@ -75,7 +75,7 @@ JOINTS: dict[str, JointChannel] = {
     "temperature": JointChannel(
         lambda t: t.temperature, "winding [°C]", "temperatures of the motors' windings"
     ),
-}  # type: ignore[arg-type, return-value]
+}
 FEET: dict[str, FootChannel] = {
     "foot_forces": FootChannel(
         lambda t: {"along the normal": t.normal_force,
@@ -85,7 +85,7 @@ FEET: dict[str, FootChannel] = {
     "slip": FootChannel(
         lambda t: {"along the ground": t.slip_speed}, "speed [m/s]", "sliding of the feet"
     ),
-}  # fmt: skip  # type: ignore[arg-type, dict-item]
+}  # fmt: skip
 
 
 class TracePlots:

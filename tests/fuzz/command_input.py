@@ -39,10 +39,10 @@ COMMANDS: tuple[tuple[str, ...], ...] = (
 
 OUTPUTS: Mapping[str, tuple[str, ...]] = {
     "walk": ("--out", "--html", "--save-case"), "run": ("--out", "--html"), "repair": ("--out",),
-    "contact": ("--out",), "sweep": ("--store", "--out", "--plot"),
+    "contact": ("--out",), "sweep": ("--store", "--out", "--plot", "--report"),
     "select": ("--html", "--csv", "--store"),
-    "compare": ("--html", "--figure", "--json", "--store"), "bench": ("--out", "--plot"),
-    "verify": ("--out",),
+    "compare": ("--html", "--figure", "--report", "--json", "--store"),
+    "bench": ("--out", "--plot"), "verify": ("--out",),
 }  # fmt: skip
 """Options that name a file to write."""
 
@@ -68,6 +68,7 @@ BESIDE_INPUT: Mapping[str, tuple[str, str]] = {
 ENDINGS: Mapping[str, tuple[str, ...]] = {
     "--html": (".html",), "--save-case": (".toml",), "--store": (".db",), "--csv": (".csv",),
     "--plot": (".png", ".svg"), "--figure": (".png", ".pdf"), "--json": (".json",),
+    "--report": (".html",),
     "repair --out": (".urdf",), "contact --out": (".png",), "bench --out": (".md", ".json", ".csv"),
     "verify --out": (".md",),
 }  # fmt: skip

@@ -12,7 +12,7 @@ from hexapod_pin.drive.joint_stops import JointStops
 from hexapod_pin.drive.motor import Motor
 from hexapod_pin.drive.servo import Servo
 from hexapod_pin.ground.terrain import Flat
-from hexapod_pin.simulation.plant import standing_on
+from hexapod_pin.scene.scene import standing_on
 from random_scenes.bodies import SAMPLE
 from random_scenes.draws import Draws
 from random_scenes.robots import WALKERS, draw_gait, draw_scene_parts, robot_named

@@ -14,8 +14,7 @@ from hexapod_pin.control.sampled_trajectory import HoldPosture, SampledTrajector
 from hexapod_pin.drive.joint_stops import JointStops
 from hexapod_pin.ground.contact import Contact, StickSlip
 from hexapod_pin.ground.terrain import Flat, Slope
-from hexapod_pin.scene.scene import Scene
-from hexapod_pin.simulation.plant import standing_on
+from hexapod_pin.scene.scene import Scene, standing_on
 from hexapod_pin.validation.cases.bodies import particle, state
 from random_scenes.bodies import SAMPLE, passive_scene
 from random_scenes.robots import can_walk, robot_named

@@ -17,8 +17,7 @@ from hexapod_pin.errors import HexapodError
 from hexapod_pin.ground.terrain import Flat
 from hexapod_pin.robot.robot import load_robot
 from hexapod_pin.scene.loads import Push
-from hexapod_pin.scene.scene import Scene
-from hexapod_pin.simulation.plant import standing_on
+from hexapod_pin.scene.scene import Scene, standing_on
 from hexapod_pin.validation.cases.drop import drop
 from random_scenes.bodies import SAMPLE, above_ground, turned
 from random_scenes.contacts import draw_contact

@@ -105,7 +105,8 @@ def selected(
 ) -> MotorSelection:  # fmt: skip
     """Rank motors and choose the lightest; the study behind `select_motors`."""
     begin = _stages(run, stage)
-    robot = next(iter(walks.values())).scene.robot
+    first = next(iter(walks.values()))
+    robot = first.scene.robot
     contained = file.choice.motor_mass
     if contained is None:
         contained = assumed_motor_mass(robot)
@@ -124,6 +125,8 @@ def selected(
         iterations=tuple(search.steps), confidence=None, derating=file.derating,
         catalog=motors.source, assumed=_assumed(walks, file.choice.motor_mass, contained, ranked),
         notes=(*others, *_notes(search, ranked)), interrupted=run.interrupted,
+        contact=first.scene.contact.describe(),
+        accuracy=first.settings.accuracy_text,
     )  # fmt: skip
     if run.interrupted:
         return selection
