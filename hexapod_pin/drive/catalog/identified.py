@@ -63,6 +63,8 @@ class IdentifiedDrive(Immutable):
             rotor_inertia=self.armature,
             viscous_friction=self.viscous,
             gear_friction=self.gear,
+            torque_constant=self.torque_constant,
+            winding_resistance=self.resistance,
         )
 
 
