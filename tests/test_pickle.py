@@ -228,6 +228,7 @@ def test_a_pickled_trace_is_about_as_large_as_what_it_holds() -> None:
     size = sum(array.nbytes for array in vars(trace).values() if isinstance(array, np.ndarray))
     size += sum(array.nbytes for array in trace.energy.values())
     size += sum(array.nbytes for array in vars(trace.error).values())
+    size += sum(array.nbytes for array in trace.peaks.prefixed.values())
     assert len(pickle.dumps(trace)) < 1.05 * (size + len(repr(trace.run)))
 
 

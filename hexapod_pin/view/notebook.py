@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.errors import HexapodError
 from hexapod_pin.results.motor_selection import MotorSelection
 from hexapod_pin.results.run_record import RobotFacts, RunCase, RunRecord
@@ -43,6 +44,7 @@ RANKED = 10
 Shown = Trace | Robot | Scene | TorqueBudget | MotorSelection
 
 
+@checked
 def notebook_html(thing: Shown) -> str:
     """Return what a notebook shows, as HTML that needs no other file; all texts are escaped.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -146,6 +146,7 @@ SCATTERED = 5000
 """Most points of a scatter plot."""
 
 
+@runtime_checkable
 class SweepNumbers(Protocol):
     """What is drawn of a `SweepResult`."""
 

@@ -6,12 +6,13 @@ import math
 from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.atomic_file import write_atomically
-from hexapod_pin.errors import HexapodError
+from hexapod_pin.errors import HexapodError, ParameterError
 from hexapod_pin.results.comparison import Comparison, Outcome, failures, notes, scene_table
 from hexapod_pin.results.gait_energy import GaitEnergy
 from hexapod_pin.results.grid_columns import GridResult
@@ -48,8 +49,9 @@ MOST_ROWS = 2000
 Result = Comparison | TorqueMap | GaitEnergy | SweepNumbers
 
 
+@checked
 def write_study_report(
-    found: Result, path: str | Path, *, date: str | None = None, command: str = ""
+    found: Any, path: str | Path, *, date: str | None = None, command: str = ""
 ) -> Path:
     """Write the report of a study of many runs, wholly or not at all, and return its path.
 
@@ -64,12 +66,16 @@ def write_study_report(
         command: that makes the report again; printed as it is.
 
     Raises:
+        ParameterError: it is none of these results.
         TraceFileError: another ending, or the file cannot be written.
         MissingPackageError: matplotlib is not installed.
 
     Example:
         >>> write_study_report(comparison, "comparison.html")  # doctest: +SKIP
     """
+    if not isinstance(found, Comparison | GridResult | SweepNumbers):
+        allowed = "a Comparison, a sweep's result, a TorqueMap or a GaitEnergy"
+        raise ParameterError("found", found, allowed)
     check_ending(path, ENDINGS)
     return write_atomically(path, report_bytes(tuple(study_blocks(found, date or "", command))))
 

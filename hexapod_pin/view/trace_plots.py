@@ -88,6 +88,7 @@ FEET: dict[str, FootChannel] = {
 }  # fmt: skip
 
 
+@checked
 class TracePlots:
     """The figures of a trace, each a matplotlib Figure that notebooks show as a picture.
 
@@ -107,7 +108,6 @@ class TracePlots:
         """Return the names of the figures."""
         return f"<TracePlots: {', '.join(FIGURES)}>"
 
-    @checked
     def __call__(
         self, name: str = "torque", *, legs: Sequence[str] | None = None, between: Span = None
     ) -> Figure:
@@ -152,19 +152,16 @@ class TracePlots:
         """Return the speeds of the contact points along the ground [m/s], where recorded."""
         return self("slip", legs=legs, between=between)
 
-    @checked
     def com(self, *, polygons: int = POLYGONS) -> Figure:
         """Return the path of the centre of mass, as `view.write_mass_center_figure`."""
         require_matplotlib("trace.plot.com()")
         return _shown(draw_mass_center(self.trace, polygons=polygons))
 
-    @checked
     def joint_motion(self, *, legs: Sequence[str] | None = None, cycles: int = 2) -> Figure:
         """Return angles and rates with [S2]'s signs, as `view.write_joint_motion_figure`."""
         require_matplotlib("trace.plot.joint_motion()")
         return _shown(draw_joint_motion(self.trace, legs, cycles=cycles))
 
-    @checked
     def joint_moments(self, *, legs: Sequence[str] | None = None, cycles: int = 2) -> Figure:
         """Return torques and total moments, as `view.write_joint_torque_figure`."""
         require_matplotlib("trace.plot.joint_moments()")
