@@ -232,11 +232,13 @@ class ReachError(HexapodError, ValueError):
     Attributes:
         leg: name of the leg.
         excess: how far the target lies outside the reach [m] (0 where a joint limit stops it).
+        brief: the reason in a few words.
     """
 
-    def __init__(self, leg: str, message: str, excess: float = 0.0) -> None:
+    def __init__(self, leg: str, message: str, excess: float = 0.0, brief: str = "") -> None:
         """Name the leg in front of the message."""
         self.leg, self.excess = leg, excess
+        self.brief = brief or f"leg {leg} reaches no further"
         super().__init__(f"leg {leg}: {message}")
 
 

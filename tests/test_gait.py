@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +13,7 @@ from refusals import refused
 import hexapod_pin as hp
 from hexapod_pin.control.feasible_gait import fit_gait
 from hexapod_pin.control.gait import GAITS, LEG_ORDER, Gait, smallest_duty, wave_phases
+from hexapod_pin.control.stroke_posture import longest_stroke_posture
 from hexapod_pin.errors import GaitError, ParameterError, UnknownNameError
 from hexapod_pin.robot.leg_geometry import leg_length
 
@@ -155,7 +158,7 @@ def test_slow_joints_get_a_longer_cycle_and_the_whole_stroke(tmp_path: Path) -> 
     """Rates of the plan stay below 80 % of the limit, turning too; 0.2 s less break that."""
     slow = kharagpur(tmp_path, 'velocity="6"', 'velocity="0.524"')
     fitted = fit_gait(slow, "tetrapod")
-    assert fitted.gait.stroke == 0.14 and fitted.cycle_time.startswith("chosen")
+    assert fitted.gait.stroke == 0.14 and fitted.cycle_time.startswith("joints at 80%")
     cycle = fitted.gait.cycle_time
     assert cycle == pytest.approx(round(cycle, 1), abs=1e-9) and cycle > 2.4
     for other, within in ((cycle, True), (cycle - 0.2, False)):
@@ -177,15 +180,73 @@ def test_a_given_cycle_is_used_or_refused(tmp_path: Path) -> None:
     assert fit_gait(slow, "tetrapod").gait.cycle_time > 2.8
 
 
-def test_short_legs_lift_less_by_default(tmp_path: Path) -> None:
-    """Femora of half the length: 8 % of what a leg then measures."""
-    text = hp.urdf_path("kharagpur").read_text()
-    small = tmp_path / "small.urdf"
-    small.write_text(text.replace('<origin xyz="0.11934 0 0"', '<origin xyz="0.06 0 0"'))
-    robot = hp.load_robot(small)
-    length = leg_length(robot)
-    fitted = fit_gait(robot, "tripod")
-    assert fitted.gait.lift == pytest.approx(0.08 * length, rel=1e-12)
-    assert fitted.gait.lift < 0.02
-    assert fitted.lift.startswith("chosen: 8% of a leg's length")
+@pytest.mark.parametrize("factor", [0.4, 3.0])
+def test_default_gaits_are_similar_whatever_the_size_of_the_robot(
+    tmp_path: Path, factor: float
+) -> None:
+    """The Froude number is that of S2's gait with legs of 0.30 or 0.38 m, to rounding (1 %)."""
+    robot = hp.load_robot(scaled_robot(tmp_path, factor))
+    length, reference = leg_length(robot), 0.30 if factor < 1.0 else 0.38
+    fitted = fit_gait(robot, "tetrapod", cycle_time=None)
+    gait, scale = fitted.gait, length / reference
+    assert fitted.scale == pytest.approx(scale, rel=1e-6)
+    assert gait.stroke == pytest.approx(0.14 * scale, rel=5e-3)  # three digits
+    assert gait.lift == pytest.approx(0.02 * scale, rel=5e-3)
+    assert gait.cycle_time == pytest.approx(2.4 * math.sqrt(scale), rel=5e-3)
+    assert fitted.froude == pytest.approx(0.0875**2 / (9.81 * reference), rel=0.02)
+    assert fitted.stroke == fitted.lift == fitted.cycle_time == "scaled to its legs"
+    assert len(fitted.remarks) == 1 and "S2's gait scaled to its legs" in fitted.remarks[0]
     assert fit_gait(robot, "tripod", lift=0.02).lift == "as given"
+
+
+def scaled_robot(folder: Path, factor: float) -> Path:
+    """Return the file of kharagpur with all lengths times a factor, and its joints as fast."""
+
+    def longer(found: re.Match[str]) -> str:
+        numbers = " ".join(f"{factor * float(text):.9g}" for text in found[2].split())
+        return f'{found[1]}="{numbers}"'
+
+    text = hp.urdf_path("kharagpur").read_text()
+    text = re.sub(r'\b(xyz|size|radius|length)="([^"]*)"', longer, text)
+    path = folder / "scaled.urdf"
+    path.write_text(text)
+    return path
+
+
+def test_a_speed_sets_the_cycle_or_the_stroke() -> None:
+    robot = hp.load_robot("kharagpur")
+    slow = fit_gait(robot, "tetrapod", speed=0.05).gait
+    assert (slow.stroke, slow.speed) == pytest.approx((0.14, 0.05))
+    short = fit_gait(robot, "tetrapod", speed=0.05, cycle_time=2.0).gait
+    assert (short.cycle_time, short.speed) == pytest.approx((2.0, 0.05))
+    with refused(GaitError, quantity="speed") as caught:
+        fit_gait(robot, "tetrapod", speed=2.0)
+    assert 0.1 < caught.value.limit < 2.0
+    assert fit_gait(robot, "tetrapod", speed=0.99 * caught.value.limit)
+    with refused(ParameterError, "speed"):
+        fit_gait(robot, "tetrapod", 0.1, cycle_time=2.0, speed=0.1)
+
+
+def test_a_short_stroke_names_what_limits_it_and_a_posture_leaves_more(tmp_path: Path) -> None:
+    """Coxae of +-0.25 rad end the stroke; with the feet further out the same turn goes further."""
+    robot = narrow_coxae(tmp_path)
+    fitted = fit_gait(robot, "tetrapod")
+    assert fitted.gait.stroke < 0.75 * fitted.wanted == 0.75 * 0.14
+    assert "coxa_joint is at its limit" in fitted.limit
+    assert fitted.shortage == (f"stroke {1e3 * fitted.gait.stroke:.3g} of 140 mm ({fitted.limit})")
+    found = longest_stroke_posture(robot, fitted.gait.with_changes(stroke=0.14))
+    assert found.helps and found.stroke > fitted.gait.stroke / 0.8
+    better = hp.load_robot(robot.source, posture=found.posture)
+    walked = fitted.gait.with_changes(stroke=found.stroke, cycle_time=10.0)
+    assert hp.KinematicControl(walked).plan(better, 10.0) is not None  # nothing refuses it
+
+
+def narrow_coxae(folder: Path) -> hp.Robot:
+    """Return kharagpur with coxae that turn by 0.25 rad to either side."""
+    text = hp.urdf_path("kharagpur").read_text()
+    path = folder / "narrow.urdf"
+    part = r'(<joint name="\w+_coxa_joint".*?<limit[^>]*?)lower="[^"]*"([^>]*?)upper="[^"]*"'
+    narrow = re.sub(part, r'\1lower="-0.25"\2upper="0.25"', text, flags=re.S)
+    assert narrow != text
+    path.write_text(narrow)
+    return hp.load_robot(path)

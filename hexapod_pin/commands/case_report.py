@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -57,6 +57,7 @@ class CaseToReport:
         repaired: makes the case with the robot's file repaired, where the file is doubtful.
         changed: makes the case with another value of a field of its gait.
         following: command for the next step.
+        caution: what the first line must have, in a few words; empty where nothing.
     """
 
     case: Case
@@ -67,6 +68,7 @@ class CaseToReport:
     repaired: Callable[[], Case] | None = None
     changed: Callable[[str, float], Case] | None = None
     following: str = ""
+    caution: str = ""
 
 
 def run_and_report(
@@ -95,7 +97,7 @@ def run_and_report(
     with progress_bar(job.title) as progress:
         planning = progress.stage("planning the walk")
         trace, refusal = run_saving(lambda: run_case(case, progress, planning), trace_path)
-    answer = walk_answer(trace, job.motor)
+    answer = replace(walk_answer(trace, job.motor), caution=job.caution)
     more = list(job.remarks)
     if answer.verdict.doubts and job.repaired is not None and not shown.quick:
         trial = try_repaired(answer, job.repaired)

@@ -246,8 +246,8 @@ WalkPosture = Annotated[
     OptionalText,
     typer.Option(
         "--posture",
-        help="Standing angles: 'JOINT=DEGREES,JOINT=DEGREES,...'; or least-torque: those that need "
-        "the least holding torque in this gait.",
+        help="Standing angles: 'JOINT=DEGREES,JOINT=DEGREES,...'; least-torque: those that need "
+        "the least holding torque in this gait; longest-stroke: those that leave most of a stroke.",
     ),
 ]
 Hold = Annotated[

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -53,7 +53,9 @@ from hexapod_pin.commands.scene_options import TERRAIN_HELP, read_loads, read_te
 from hexapod_pin.commands.terminal import announce, echo
 
 if TYPE_CHECKING:
+    from hexapod_pin.control.body_motion import BodyMotion
     from hexapod_pin.control.feasible_gait import FittedGait
+    from hexapod_pin.control.gait import Gait
     from hexapod_pin.robot.robot import Robot
 
 
@@ -63,8 +65,11 @@ LEAST_DURATION = 10.0
 WALKED_CYCLES = 4
 """Cycles that it holds at least: two to start and two steady ones."""
 
-LEAST_TORQUE = "least-torque"
-"""Value of --posture that asks for a search instead of giving angles."""
+LEAST_TORQUE, LONGEST_STROKE = "least-torque", "longest-stroke"
+"""Values of --posture that ask for a search instead of giving angles."""
+
+SHORT_STROKE = 0.75
+"""Stroke over the default one below which the first line has it, and a posture is tried [-]."""
 
 
 def walk(
@@ -77,11 +82,21 @@ def walk(
     ] = None,
     stroke: Annotated[
         OptionalFloat,
-        typer.Option(help="[m]; default 0.14, or 80 % of the largest that fits where that is less"),
+        typer.Option(
+            help="[m]; default 0.14, scaled by the length of the legs, or 80 % of the longest that "
+            "fits."
+        ),
     ] = None,
     cycle_time: Annotated[
         OptionalFloat,
-        typer.Option(help="Cycle time [s]; default 2.4, longer where joints are slower than that."),
+        typer.Option(
+            help="Cycle time [s]; default 2.4, scaled by the root of the legs' length; longer "
+            "where joints are slower than that."
+        ),
+    ] = None,
+    speed: Annotated[
+        OptionalFloat,
+        typer.Option(help="Of the walk [m/s]: sets the cycle time; with --cycle-time the stroke."),
     ] = None,
     duty: Annotated[
         OptionalFloat,
@@ -90,8 +105,12 @@ def walk(
     lift: Annotated[
         OptionalFloat,
         typer.Option(
-            help="Height of the swing foot [m]; default 0.02, or 8 % of a leg's length if less."
+            help="Height of the swing foot [m]; default 0.02, scaled by the length of the legs."
         ),
+    ] = None,
+    height: Annotated[
+        OptionalFloat,
+        typer.Option(help="Of the trunk's origin above level ground [m]; default: as it stands."),
     ] = None,
     heading: Annotated[float, typer.Option(help="Direction of travel, left > 0 [degrees].")] = 0.0,
     turn_rate: Annotated[float, typer.Option(help="Yaw rate, left > 0 [degrees/s].")] = 0.0,
@@ -222,9 +241,10 @@ def walk(
     html_path = None if no_html else writable("--html", html, PAGES)
     case_path = None if save_case is None else writable("--save-case", save_case)
     motors = chosen_motor(motor, voltage, catalog)
-    searched = posture == LEAST_TORQUE
+    searched = posture in (LEAST_TORQUE, LONGEST_STROKE)
     if not (posture is None or searched or "=" in posture):
-        raise ParameterError("--posture", posture, f"JOINT=DEGREES,... or {LEAST_TORQUE}")
+        allowed = f"JOINT=DEGREES,..., {LEAST_TORQUE} or {LONGEST_STROKE}"
+        raise ParameterError("--posture", posture, allowed)
     options = load_options(
         feet=feet, legs=legs, posture=None if searched else posture, held=held,
         package_path=package_path, xacro_arg=xacro_arg, foot_radius=foot_radius, forward=forward,
@@ -232,19 +252,19 @@ def walk(
     )  # fmt: skip
     loaded = load_robot(robot, options=options)
     announce("planning the gait")
-    fitted = fit_gait(
-        loaded, gait or default_gait(loaded), stroke, heading=math.radians(heading),
-        turn_rate=math.radians(turn_rate), **given(cycle_time=cycle_time, duty=duty, lift=lift),
-    )  # fmt: skip
-    chosen = fitted.gait
+    name = gait or default_gait(loaded)
+    numbers = given(cycle_time=cycle_time, duty=duty, lift=lift, speed=speed)
+    turning = {"heading": math.radians(heading), "turn_rate": math.radians(turn_rate)}
+    fitted = fit_gait(loaded, name, stroke, **turning, **numbers)
     posture_lines: list[str] = []
     if searched:
-        from hexapod_pin.control.posture import least_torque_posture
-
-        announce("searching the posture of least torque")
-        found = least_torque_posture(loaded, chosen)
-        loaded = load_robot(robot, options=options, posture=found.posture)
-        posture_lines = [f"posture {LEAST_TORQUE}: {line}" for line in found.lines()]
+        announce(f"searching the posture: {posture}")
+        found, lines = _searched_posture(loaded, fitted, posture == LEAST_TORQUE)
+        loaded = load_robot(robot, options=options, posture=found)
+        posture_lines = [f"posture {posture}: {line}" for line in lines]
+        if posture == LONGEST_STROKE:
+            fitted = fit_gait(loaded, name, stroke, **turning, **numbers)
+    chosen, body = fitted.gait, _raised(loaded, fitted.gait, height)
     cycles = max(WALKED_CYCLES, math.ceil(LEAST_DURATION / chosen.cycle_time))
     time = cycles * chosen.cycle_time if duration is None else duration
     if prescribed and not (kp is None and kd is None):
@@ -259,7 +279,7 @@ def walk(
         loads=read_loads(loaded, payload, push, lost_leg),
     )  # fmt: skip
     case = Case(
-        scene, KinematicControl(chosen), duration=time,
+        scene, KinematicControl(chosen, body=body), duration=time,
         accuracy=accuracy, torque_accuracy=_number_or_share(torque_accuracy),
         estimate=not no_estimate, method=method,
         step=step, sample=sample, record=comma_list(record),
@@ -275,15 +295,25 @@ def walk(
         return replace(case, scene=replace(scene, robot=mended))
 
     def changed(name: str, value: float) -> Case:
-        return replace(case, controller=KinematicControl(chosen.with_changes(**{name: value})))
+        other = chosen.with_changes(**{name: value})
+        return replace(case, controller=KinematicControl(other, body=body))
 
     near = leg_clearance(loaded, chosen).notes
+    short = chosen.stroke < SHORT_STROKE * fitted.wanted
+    posture_help = short and posture is None and not quick
+    if posture_help:
+        announce("searching a posture that leaves a longer stroke")
     doubtful = bool(loaded.doubts) and not options.repair
     job = CaseToReport(
         case=case,
         title=f"walking {length_of(case)}",
         about=[*_plan_lines(loaded, fitted, near), *posture_lines, *motors.lines],
-        remarks=[*_remarks(loaded, fitted, near), *posture_lines[:1]],
+        remarks=[
+            *_remarks(loaded, fitted, near),
+            *posture_lines[:1],
+            *([_posture_help(loaded, fitted)] if posture_help else []),
+        ],
+        caution=fitted.shortage if short else "",
         motor=motors.record,
         repaired=repaired if doubtful else None,
         changed=changed,
@@ -315,7 +345,7 @@ def _plan_lines(robot: Robot, fitted: FittedGait, near: Sequence[str]) -> list[s
         f"{robot.name}: {robot.total_mass:.5g} kg, {len(robot.legs)} legs. {robot.provenance}",
         f"gait {gait.name}: stroke {gait.stroke:.4g} m ({fitted.stroke}), "
         f"cycle {gait.cycle_time:g} s{cycle}, duty {gait.duty:.4g}, lift {gait.lift:.4g} m{lift}: "
-        f"{gait.speed:.4g} m/s",
+        f"{gait.speed:.4g} m/s, Froude number {fitted.froude:.2g} (v^2 / (g L))",
     ]
     lines = {
         "repaired": robot.repaired,
@@ -329,19 +359,65 @@ def _plan_lines(robot: Robot, fitted: FittedGait, near: Sequence[str]) -> list[s
 
 def _remarks(robot: Robot, fitted: FittedGait, near: Sequence[str]) -> list[str]:
     """Return where the gait is not the usual one, or the file was changed, a few words each."""
-    from hexapod_pin.control.feasible_gait import DEFAULT, GIVEN
-
-    gait = fitted.gait
-    chosen = {
-        f"stroke {1e3 * gait.stroke:.3g} mm": fitted.stroke,
-        f"cycle {gait.cycle_time:.3g} s": fitted.cycle_time,
-        f"lift {1e3 * gait.lift:.3g} mm": fitted.lift,
-    }
-    found = [f"{what} ({why})" for what, why in chosen.items() if why not in (DEFAULT, GIVEN)]
-    found += near[:1]
+    found = [*fitted.remarks, *near[:1]]
     if robot.repaired:
         found.append(f"{len(robot.repaired)} repairs (--full)")
     return found
+
+
+def _searched_posture(
+    robot: Robot, fitted: FittedGait, torque: bool
+) -> tuple[Mapping[str, float], list[str]]:
+    """Return the posture of least torque or of the longest stroke, and what to print of it."""
+    if torque:
+        from hexapod_pin.control.posture import least_torque_posture
+
+        least = least_torque_posture(robot, fitted.gait)
+        return least.posture, least.lines()
+    from hexapod_pin.control.stroke_posture import longest_stroke_posture
+
+    longest = longest_stroke_posture(robot, fitted.gait.with_changes(stroke=fitted.wanted))
+    return longest.posture, [longest.line]
+
+
+def _posture_help(robot: Robot, fitted: FittedGait) -> str:
+    """Return whether another posture leaves a longer stroke, tried."""
+    from hexapod_pin.control.stroke_posture import longest_stroke_posture
+    from hexapod_pin.errors import HexapodError
+
+    try:
+        found = longest_stroke_posture(robot, fitted.gait.with_changes(stroke=fitted.wanted))
+    except HexapodError:  # legs of two joints
+        return ""
+    return f"tried --posture {LONGEST_STROKE}: it {found.line}" if found.helps else found.line
+
+
+def _raised(robot: Robot, gait: Gait, height: float | None) -> BodyMotion | None:
+    """Return the motion that keeps the trunk at a height [m]; None without one.
+
+    Raises:
+        ParameterError: the legs do not reach it; with the height that they do reach.
+        GaitError: the robot cannot walk the gait as it stands either.
+    """
+    if height is None:
+        return None
+    from hexapod_pin.control.body_motion import BodyMotion
+    from hexapod_pin.control.gait_refusal import refuse_impossible
+    from hexapod_pin.errors import GaitError, ParameterError
+
+    standing = float(robot.stand().q[2])
+    motion = BodyMotion(height=height - standing)
+    try:
+        refuse_impossible(robot, gait, motion)
+    except GaitError as error:
+        if error.quantity != "height" or error.limit is None:
+            raise
+        side = "at most" if height > standing else "at least"
+        allowed = (
+            f"{side} {standing + error.limit:.4g} m in this gait ({standing:.4g} as it stands)"
+        )
+        raise ParameterError("--height", height, allowed) from None
+    return motion
 
 
 # `hexapod-pin run`: run a case that was written before, to the same bits.

@@ -62,10 +62,12 @@ class Violation:
         kind: PATH (reach, singularity, joint position), RATE (joint velocity) or POSTURE (the
             robot does not stand on level feet).
         text: names the leg, the joint, the value and the limit.
+        brief: the reason in a few words.
     """
 
     kind: str
     text: str
+    brief: str = ""
 
 
 def violation(six: LegGroup, gait: Gait, motion: BodyMotion | None = None) -> Violation | None:
@@ -118,11 +120,13 @@ def _path_or_rates(
     try:
         p_BF, v_BF = six.foot_motion(path, checked_times(path))
     except ReachError as error:
-        return Violation(PATH, str(error))
+        return Violation(PATH, str(error), error.brief)
     q, refused = six.kinematics.solve(p_BF)
     if refused is not None:
         found = _singular(six, q, refused[0])
-        return Violation(PATH, str(refused[1])) if found is None else found[0]
+        if found is not None:
+            return found[0]
+        return Violation(PATH, str(refused[1]), refused[1].brief)
     found = _singular(six, q, len(six.legs))
     return six.kinematics.estimated_rates(p_BF, v_BF, q) if found is None else found[0]
 
@@ -175,6 +179,7 @@ def _uneven(six: LegGroup) -> Violation:
         POSTURE,
         f"the standing posture has foot {high} {np.ptp(six.soles):.4f} m above foot {low}; "
         "all must stand on the same ground",
+        f"feet {low} and {high} stand on different levels",
     )
 
 
@@ -185,6 +190,7 @@ def _near_singular(leg: LegKinematics, lowest: float) -> Violation:
         f"leg {leg.name}: the foot path comes too near a singular posture of "
         f"{', '.join(leg.joints)}, {SINGULAR[len(leg.joints)]} "
         f"(normalised determinant {lowest:.4f}, at least {MIN_NORMALISED_DETERMINANT:g})",
+        f"leg {leg.name} is stretched or folded",
     )
 
 
@@ -204,7 +210,8 @@ def _too_fast(six: LegGroup, rates: Array) -> tuple[Violation, int] | None:
         f"leg {leg.name}: joint {leg.joints[joint]} would turn at "
         f"{abs(rates[index, row, joint]):.4g} rad/s; its limit is {limit:.4g} rad/s"
     )
-    return Violation(RATE, text), int(row)
+    brief = f"{leg.joints[joint]} is at its velocity limit"
+    return Violation(RATE, text, brief), int(row)
 
 
 # The refusal of a walk that does not repeat: what fails first, and when.

@@ -336,6 +336,7 @@ def collision(
     return Violation(
         PATH,
         f"links {' and '.join(found.links)} {found.nearness} at {found.time:.4g} s{shapes}",
+        f"{' meets '.join(found.links)}",
     )
 
 

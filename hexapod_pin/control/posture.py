@@ -118,12 +118,12 @@ def posture_cost(
         GaitError: the legs have two joints, or the robot cannot walk the gait.
         ParameterError: `mu` or `transfer` out of range.
     """
-    six = _three_joint_legs(robot)
+    six = three_joint_legs(robot)
     refuse_impossible(robot, gait)
     return _Cycle.of(robot, six, gait).cost(mu, transfer)
 
 
-def _three_joint_legs(robot: Robot) -> LegGroup:
+def three_joint_legs(robot: Robot) -> LegGroup:
     """Return the legs, or refuse legs of two joints, whose height determines where feet stand."""
     six = leg_group(robot)
     if six.joint_index.shape[1] != 3:
@@ -244,10 +244,10 @@ def _statics(robot: Robot, six: LegGroup, q: Array) -> tuple[Array, Array, float
 
 def _radii(six: LegGroup) -> Array:
     """Return the distances of the standing feet from their legs' first joints, level. (L,) [m]."""
-    return np.asarray(np.linalg.norm(_out(six)[:, :2], axis=-1))
+    return np.asarray(np.linalg.norm(feet_from_hips(six)[:, :2], axis=-1))
 
 
-def _out(six: LegGroup) -> Array:
+def feet_from_hips(six: LegGroup) -> Array:
     """Return the standing feet relative to the axes of their legs' first joints. (L, 3) [m]."""
     return np.asarray(six.neutral_feet - np.stack([leg.origins[0] for leg in six.legs]))
 
@@ -341,7 +341,7 @@ def least_torque_posture(
     """
     if not 0.005 <= spacing <= 0.5:
         raise ParameterError("spacing", spacing, "from 0.005 to 0.5 rad")
-    six = _three_joint_legs(robot)
+    six = three_joint_legs(robot)
     refuse_impossible(robot, gait)
     here = _Cycle.of(robot, six, gait)
     standing = here.cost(mu, transfer)
@@ -376,7 +376,7 @@ def _cycles(robot: Robot, six: LegGroup, gait: Gait, spacing: float) -> Iterator
 
 def _postures(six: LegGroup, spacing: float) -> Iterator[LegGroup]:
     """Yield the legs in each posture of the grid that all of them reach."""
-    first, out = six.legs[0], _out(six)
+    first, out = six.legs[0], feet_from_hips(six)
     radius = float(np.linalg.norm(out[0, :2]))
     for second, third in itertools.product(*(_angles(first, k, spacing) for k in (1, 2))):
         own = np.array([first.posture[0], second, third])
@@ -388,7 +388,7 @@ def _postures(six: LegGroup, spacing: float) -> Iterator[LegGroup]:
         except ReachError:
             continue
         if np.abs(q[0] - own).max() <= SAME_ANGLE:  # else another branch of the leg
-            yield _standing(six, q)
+            yield standing_at(six, q)
 
 
 def _angles(leg: LegKinematics, joint: int, spacing: float) -> Array:
@@ -399,7 +399,7 @@ def _angles(leg: LegKinematics, joint: int, spacing: float) -> Array:
     return np.asarray(spacing * steps)
 
 
-def _standing(six: LegGroup, q: Array) -> LegGroup:
+def standing_at(six: LegGroup, q: Array) -> LegGroup:
     """Return the legs with another standing posture, angles (L, 3) [rad]."""
     legs = [
         replace(leg, posture=read_only(angles)) for leg, angles in zip(six.legs, q, strict=True)

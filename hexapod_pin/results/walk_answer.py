@@ -52,6 +52,7 @@ class WalkAnswer(Immutable):
         motor: how the motor of the run fares; None of a run without one.
         lightest: the lightest motor that passes, by kind of joint, at `voltage`.
         voltage: of the battery [V].
+        caution: on the walk that was asked for, in a few words, such as a short stroke.
     """
 
     verdict: WalkVerdict
@@ -61,6 +62,7 @@ class WalkAnswer(Immutable):
     motor: MotorBudget | None
     lightest: Mapping[str, LightestMotor | None]
     voltage: float
+    caution: str = ""
 
     @property
     def good(self) -> bool:
@@ -98,6 +100,8 @@ class WalkAnswer(Immutable):
                 parts.append(
                     f"{share.joint} at its {what} limit {_percent(share.share)} of the time"
                 )
+        if self.caution:
+            parts.append(self.caution)
         if len(parts) == (slip is not None) + (self.margin is not None):
             parts.append("prescribed motion" if verdict.prescribed else NO_LIMIT)
         return parts

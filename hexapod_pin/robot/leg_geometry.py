@@ -267,6 +267,7 @@ class LegGeometry(Immutable):
                 self.name,
                 f"joint {self.joints[joint]} would need {q[row, joint]:.4f} rad; its limits are "
                 f"{self.lower[joint]:.4f} to {self.upper[joint]:.4f} rad.",
+                brief=f"{self.joints[joint]} is at its limit",
             )
 
 
