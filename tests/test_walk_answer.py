@@ -15,6 +15,7 @@ from hexapod_pin.results.ground_obstacle import SPACING, Obstacle, find_obstacle
 from hexapod_pin.results.sizing import joint_demand, motor_budget
 from hexapod_pin.results.sizing.lightest import lightest_motors
 from hexapod_pin.results.walk_answer import rounded, walk_answer
+from hexapod_pin.robot.loading.load_options import LoadOptions
 from hexapod_pin.text_table import WIDTH
 
 WALK = (*"--gait tripod --cycle-time 0.8 --stroke 0.05 --no-html".split(),)
@@ -89,6 +90,44 @@ def test_a_doubt_that_changes_no_torque_is_not_in_the_first_line(run: Run, tmp_p
     done = run("walk", path.name, *WALK)
     assert done.status == 0 and " walks " in done.out.splitlines()[0]
     assert "no torque changes by more than" in " ".join(done.out.split())
+
+
+def scaled_masses(folder: Path, factor: float) -> Path:
+    """Write kharagpur, 3.09 kg on legs of 0.30 m, with all masses times a factor."""
+    text = hp.load_robot("kharagpur").urdf
+    path = folder / "mass.urdf"
+    number = re.compile(r'<mass value="([^"]+)"')
+    path.write_text(number.sub(lambda m: f'<mass value="{factor * float(m[1])!r}"', text))
+    return path
+
+
+@pytest.mark.parametrize(("factor", "doubted"), [(0.04, True), (1.0, False), (4.4, True)])
+def test_a_mass_that_no_such_robot_has_is_a_doubt(
+    tmp_path: Path, factor: float, doubted: bool
+) -> None:
+    """9.76 kg for a robot of 2.2 kg, and 0.13 kg, had no note; a stated mass has none."""
+    path = scaled_masses(tmp_path, factor)
+    robot = hp.load_robot(path)
+    assert bool(robot.doubts) is doubted
+    if doubted:
+        assert robot.doubts[0].startswith(f"mass {robot.total_mass:.3g} kg, 0.549 kg to 8.68 kg is")
+        stated = LoadOptions(repair=True, mass=robot.total_mass)
+        assert hp.load_robot(path, options=stated).doubts == ()
+
+
+def test_the_repair_does_not_keep_a_mass_far_beyond_any(tmp_path: Path) -> None:
+    """84.5 kg were kept; the usual mass of robots with such legs is that of the packaged robot."""
+    path = scaled_masses(tmp_path, 84.5 / 3.087)
+    repaired = hp.load_robot(path, repair=True)
+    assert repaired.total_mass == pytest.approx(3.0, abs=0.1) and repaired.doubts == ()
+    assert any("all masses and inertias multiplied by" in text for text in repaired.repaired)
+
+
+def test_a_doubtful_mass_is_in_the_first_line_whatever_the_repair(run: Run, tmp_path: Path) -> None:
+    """The repair keeps it: that nothing changes by it does not make it sure."""
+    done = run("walk", scaled_masses(tmp_path, 3.5).name, *WALK)
+    assert done.status == 3 and "NOT to be trusted: mass 10.8 kg" in done.out.splitlines()[0]
+    assert "--repair --mass KG" in done.out
 
 
 def test_one_verdict_on_a_motor(run: Run, trace: hp.Trace) -> None:

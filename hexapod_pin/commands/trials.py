@@ -23,16 +23,18 @@ class RepairTrial:
     Attributes:
         line: the largest torques with the repaired file, or why there are none.
         change: largest relative change of a kind's peak or RMS torque [-]; None: not known.
+        left: doubts that the repaired file leaves.
     """
 
     line: str
     change: float | None
+    left: tuple[str, ...] = ()
 
     def judged(self, answer: WalkAnswer) -> WalkAnswer:
-        """Return an answer without doubts where the repair changes little."""
+        """Return an answer with the doubts that are left where the repair changes little."""
         if self.change is None or self.change > MUCH:
             return answer
-        return replace(answer, verdict=replace(answer.verdict, doubts=()))
+        return replace(answer, verdict=replace(answer.verdict, doubts=self.left))
 
 
 def try_repaired(answer: WalkAnswer, repaired: Callable[[], Case]) -> RepairTrial:
@@ -48,19 +50,22 @@ def try_repaired(answer: WalkAnswer, repaired: Callable[[], Case]) -> RepairTria
     from hexapod_pin.simulation.case import run_case
 
     try:
+        case = repaired()
         with progress_bar("walking with the file repaired") as progress:
-            after = torque_budget(run_case(repaired(), progress))
+            after = torque_budget(run_case(case, progress))
     except HexapodError as error:
         return RepairTrial(f"with --repair it could not be walked: {error}", None)
     if answer.budget is None:
         return RepairTrial("", None)
-    change = _largest_change(answer.budget, after)
+    change, left = _largest_change(answer.budget, after), case.scene.robot.doubts
+    if change <= MUCH and left:
+        return RepairTrial("", change, left)
     if change <= MUCH:
         doubts = ", ".join(answer.verdict.doubts)
         text = f"tried with --repair: no torque changes by more than {change:.1%} ({doubts})"
         return RepairTrial(text, change)
     peaks = ", ".join(f"{row.kind} {row.peak.torque_peak:.3g}" for row in after.kinds)
-    return RepairTrial(f"tried with --repair, peaks are: {peaks} N m", change)
+    return RepairTrial(f"tried with --repair, peaks are: {peaks} N m", change, left)
 
 
 def _largest_change(before: TorqueBudget, after: TorqueBudget) -> float:

@@ -112,7 +112,10 @@ class WalkAnswer(Immutable):
         verdict = self.verdict
         if verdict.doubts:
             state = "walks with these numbers" if verdict.walks else f"does not: {verdict.reason}"
-            found += folded(f"it {state}; --repair mends the file, `hexapod-pin check` explains")
+            cure = "--repair mends the file, `hexapod-pin check` explains"
+            if all(text.startswith("mass ") for text in verdict.doubts):
+                cure = "weigh it and state it: --repair --mass KG"
+            found += folded(f"it {state}; {cure}")
         if not verdict.walks:
             reason = f"{verdict.reason}; " if verdict.cause and not verdict.doubts else ""
             found += folded(f"{reason}{verdict.advice}")

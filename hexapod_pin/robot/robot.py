@@ -9,7 +9,7 @@ import math
 import os
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache, wraps
 from pathlib import Path
 from types import MappingProxyType
@@ -298,7 +298,7 @@ def robot_of(urdf: LoadedUrdf, source: str) -> Robot:
     own = {**layout.posture, **layout.held}
     angles, posture_notes = standing_angles(joints, own, options.posture)
     stated = read_provenance(file)
-    return Robot(
+    robot = Robot(
         name=file.name, source=source, model=model, legs=legs, feet=feet,
         joint_names=tuple(joint.name for joint in joints),
         lower=read_only([joint.limit("lower", 0.0) for joint in joints]),
@@ -315,6 +315,19 @@ def robot_of(urdf: LoadedUrdf, source: str) -> Robot:
         urdf=file.text, digest=digest(file.text), held=_held(joints, angles, legs),
         doubts=urdf.doubts,
     )  # fmt: skip
+    return robot if urdf.doubts or options.mass is not None else _with_mass_doubts(robot)
+
+
+def _with_mass_doubts(robot: Robot) -> Robot:
+    """Return a robot with the doubt about its mass, where no legs of their length carry such."""
+    from hexapod_pin.robot.leg_geometry import leg_length
+    from hexapod_pin.robot.repair.doubts import mass_doubts
+
+    if not robot.legs:
+        return robot
+    motors = sum(len(leg.joints) for leg in robot.legs)
+    found = mass_doubts(robot.total_mass, leg_length(robot), motors)
+    return replace(robot, doubts=found) if found else robot
 
 
 def _legs(layout: RobotLayout) -> tuple[Leg, ...]:

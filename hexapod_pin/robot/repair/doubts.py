@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 
+from hexapod_pin.robot.repair import rules
 from hexapod_pin.robot.repair.finding import Finding
 
 UNITS = ("joints", "inertials", "masses", "inertias")
@@ -46,3 +47,43 @@ def doubts(findings: Sequence[Finding]) -> tuple[str, ...]:
     for kind, count in links.items():
         found.append(f"{OF_LINKS[kind]}: {places[kind] if count == 1 else f'{count} links'}")
     return tuple(found)
+
+
+# The mass of the whole robot, from the length of its legs and the motors that it must carry.
+
+
+def plausible_mass(leg: float, motors: int) -> tuple[float, float]:
+    """Return between which masses walking robots are [kg].
+
+    Args:
+        leg: length of the longest leg, stretched, from its first joint to its foot [m].
+        motors: that move the legs.
+    """
+    (low, high), (least, small) = rules.MASS_PER_LEG, rules.MOTOR_MASS
+    return max(low * leg**3, least * motors), high * leg**3 + small * motors
+
+
+def mass_doubts(total: float, leg: float, motors: int) -> tuple[str, ...]:
+    """Return why a robot's mass is none that such a robot has; mostly nothing.
+
+    Args:
+        total: mass of the robot [kg].
+        leg: length of its longest leg [m].
+        motors: that move its legs.
+    """
+    low, high = plausible_mass(leg, motors)
+    if leg <= 0.0 or motors == 0 or low <= total <= high:
+        return ()
+    return (
+        f"{MASS}{grams(total)}, {grams(low)} to {grams(high)} is plausible for legs of "
+        f"{leg:.2g} m and {motors} motors",
+    )
+
+
+MASS = "mass "
+"""How the doubt about a robot's mass begins."""
+
+
+def grams(mass: float) -> str:
+    """Return a mass with its unit, in grams below 10 g."""
+    return f"{mass * 1e3:.3g} g" if mass < 0.01 else f"{mass:.3g} kg"

@@ -13,9 +13,10 @@ import numpy as np
 from hexapod_pin.robot.description.solids import bodies
 from hexapod_pin.robot.description.urdf_file import Link
 from hexapod_pin.robot.repair import rules
+from hexapod_pin.robot.repair.doubts import grams, plausible_mass
 from hexapod_pin.robot.repair.finding import Draft, Finding, scaled
 from hexapod_pin.robot.repair.inertias import dummy, impossible_mass, write_inertial
-from hexapod_pin.robot.repair.measures import Measures, Solid
+from hexapod_pin.robot.repair.measures import Measures, Solid, two_digits
 from hexapod_pin.robot.repair.units import (
     UnitSlip,
     inertia_slip,
@@ -55,6 +56,9 @@ def repair_masses(draft: Draft) -> None:
         if written := impossible_mass(link):
             _drop_inertial(draft, link, f"its mass {written} is none")
     _drop_dummies(draft)
+    if draft.options.mass is None and heavy(draft.measures):
+        usual = usual_mass(draft.measures)
+        _scale_to(draft, usual, "heavier than anything of that size; the usual mass is assumed")
     if draft.options.density is None and draft.options.mass is None:
         _give_masses_of_like_parts(draft)
     _give_masses(draft)
@@ -172,11 +176,17 @@ def _reach_total(draft: Draft) -> None:
     total, given = draft.measures.total_mass, draft.options.mass
     if given is None or total <= 0.0 or math.isclose(total, given, rel_tol=1e-6):
         return
+    _scale_to(draft, given)
+
+
+def _scale_to(draft: Draft, new: float, assumed: str = "") -> None:
+    """Scale masses and inertias to a total [kg]."""
+    total = draft.measures.total_mass
     for inertial in draft.root.findall("link/inertial"):
         for element in [*inertial.findall("mass"), *inertial.findall("inertia")]:
-            _scale(element, given / total)
-    text = f"all masses and inertias multiplied by {given / total:.6g}: {total:.6g} -> {given:g} kg"
-    draft.change("robot", text)
+            _scale(element, new / total)
+    text = f"all masses and inertias multiplied by {new / total:.6g}: {total:.6g} -> {new:g} kg"
+    draft.change("robot", text, assumed)
 
 
 def _scale(element: ET.Element, factor: float) -> None:
@@ -229,28 +239,51 @@ def _size(measures: Measures) -> Iterator[Finding]:
 
 def _mass(measures: Measures) -> Iterator[Finding]:
     span, total, (low, high) = measures.span, measures.total_mass, rules.MASS_PER_SPAN
-    if span <= 0.0 or total <= 0.0 or low <= total / span**3 <= high:
+    low, high = low * span**3, high * span**3
+    too_heavy = heavy(measures)
+    if span <= 0.0 or total <= 0.0 or (low <= total <= high and not too_heavy):
         return
-    light = total < low * span**3
-    repair = (
-        "from the links' solids and --density, or --mass"
-        if light
-        else "give --mass, which scales all masses and inertias"
-    )
+    repair = "give --mass, which scales all masses and inertias"
+    if total < low:
+        repair = "from the links' solids and --density, or --mass"
+    elif too_heavy:
+        high = min(high, _largest_mass(measures))
+        repair = f"all masses and inertias scaled to {grams(usual_mass(measures))}, or --mass"
     yield Finding(
         "absurd mass",
         "robot",
         f"{grams(total)} on a span of {span:.3g} m",
-        f"{grams(low * span**3)} to {grams(high * span**3)} is plausible",
+        f"{grams(low)} to {grams(high)} is plausible",
         repair,
         "suspicious",
-        repairable=light,
+        repairable=total < low or too_heavy,
     )
 
 
-def grams(mass: float) -> str:
-    """Return a mass with its unit, in grams below 10 g."""
-    return f"{mass * 1e3:.3g} g" if mass < 0.01 else f"{mass:.4g} kg"
+def heavy(measures: Measures) -> bool:
+    """Return whether a robot is heavier than its legs could ever be, without its heaviest link.
+
+    Only where its meshes were looked for: without those of the feet legs look too short.
+    """
+    known = measures.solids.finder is not None and measures.span > 0.0 and measures.chains
+    most = rules.HEAVY * _largest_mass(measures) if known else math.inf
+    heaviest = max((link.mass or 0.0 for link in measures.file.links), default=0.0)
+    return 0.0 < most < measures.total_mass - heaviest and measures.plausible_size
+
+
+def _largest_mass(measures: Measures) -> float:
+    """Return the largest plausible mass of the robot [kg]."""
+    return plausible_mass(measures.leg_length, _motors(measures))[1]
+
+
+def usual_mass(measures: Measures) -> float:
+    """Return what a robot with such legs usually weighs, to two digits [kg]."""
+    own = rules.MOTOR_MASS[1] * _motors(measures)
+    return two_digits(max(rules.USUAL_MASS_PER_LEG * measures.leg_length**3, own))
+
+
+def _motors(measures: Measures) -> int:
+    return sum(len(chain) for chain in measures.chains)
 
 
 # Masses of parts that are alike, from the same link of other legs.

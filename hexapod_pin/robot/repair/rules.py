@@ -25,6 +25,22 @@ DENSEST_LINK = 10.0 * HEAVIEST
 MASS_PER_SPAN = (0.2, 600.0)
 """Total mass over the cube of the span of the joints [kg/m^3]; walking robots have 2 to 50."""
 
+MASS_PER_LEG = (20.0, 300.0)
+"""Total mass over the cube of the length of the longest leg [kg/m^3].
+
+Thirteen public hexapods with stated masses have 25 to 245, the packaged robots 113 and 150."""
+
+MOTOR_MASS = (0.005, 0.025)
+"""Mass of a motor that moves a joint, of the smallest hobby servo and of a small one with its
+bracket [kg] (*assumed*): every robot has that of its motors at least, and a small one may have it
+beside what its size lets expect."""
+
+USUAL_MASS_PER_LEG = 110.0
+"""The geometric mean of those robots [kg/m^3]."""
+
+HEAVY = 3.0
+"""Mass over the largest plausible one from which the repair replaces it [-]."""
+
 SPAN = (5e-3, 20.0)
 """Span of all joints [m]: from robots of millimetres to the largest walking machines."""
 
