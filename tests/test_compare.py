@@ -239,7 +239,12 @@ def test_the_command_prints_and_leaves_files(compare: Run, found: hp.study.Compa
     files = ("--html", "runs.html", "--figure", "bars.svg", "--json", "numbers.json")
     done = compare("plain.toml", "fast.toml", *files)
     assert done.status == 0, done.err
-    assert "change against plain" in done.out and "scene of plain" in done.out
+    lines = done.out.splitlines()
+    assert lines[0].startswith("fast against plain: torque RMS ") and max(map(len, lines[:6])) <= 80
+    rows = [line.split()[:4] for line in lines[3:5]]
+    assert rows == [["scene", "of", "plain", "plain"], ["scene", "of", "plain", "fast"]]
+    full = compare("plain.toml", "fast.toml", "--full").out
+    assert "change against plain" in full and "scene of plain" in full
     numbers = json.loads(Path("numbers.json").read_text())
     by_name = {entry["controller"]: entry["metrics"] for entry in numbers["runs"]}
     for name in ("plain", "fast"):  # on the first one's scene, in its settings
@@ -253,7 +258,7 @@ def test_own_scenes_and_bumps(compare: Run) -> None:
     assert own.status == 0 and "| plain | fast |" in own.out
     assert "1.6 s" in own.out and "1.7 s" in own.out
     options = ("--bumps", "0.005", "--wavelength", "0.3", "--seeds", "3", "--length", "0.4")
-    bumps = compare("plain.toml", "fast.toml", *options, "--json", "numbers.json")
+    bumps = compare("plain.toml", "fast.toml", *options, "--json", "numbers.json", "--full")
     assert bumps.status == 0 and "bumps of 0.005 m, 0.3 m apart (3 variants)" in bumps.out
     runs = json.loads(Path("numbers.json").read_text())["runs"]
     expected = hp.simulate(BUMPS[2], PLAIN, duration=DURATION).summary

@@ -79,6 +79,18 @@ def test_height_hold(run) -> None:
     assert sag["0.5 kg, posture held"] > sag["empty, posture held"] + 2e-4
 
 
+def test_gait_with_correction(run) -> None:
+    """A plan alone leans with the ramp, 0.08 rad; what the controller leaves is a tenth at most."""
+    lean = run("gait_with_correction")
+    assert lean["plan alone"] == pytest.approx(0.08, rel=0.05)
+    assert lean["corrected"] < 0.1 * lean["plan alone"]
+
+
+def test_foot_finds_no_ground(run) -> None:
+    tilt = run("foot_finds_no_ground")
+    assert tilt["reaching"] < 0.6 * tilt["plan alone"]
+
+
 def test_walk_on_terrain(run) -> None:
     traces = run("walk_on_terrain")
     way = {name: trace.com[-1] - trace.com[0] for name, trace in traces.items()}

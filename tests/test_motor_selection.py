@@ -14,6 +14,7 @@ from hexapod_pin.results.motor_selection import write_selection_csv
 from hexapod_pin.study.selection.evaluation import Evaluation
 from hexapod_pin.study.selection.motor_study import read_motor_study
 from hexapod_pin.study.selection.selecting import required_walks
+from hexapod_pin.text_table import WIDTH
 
 KINDS = ("coxa", "femur", "tibia")
 
@@ -105,6 +106,18 @@ def test_the_line_acts_in_the_simulation():
     coxa = found.use("coxa")
     assert coxa.speed_use > 1.5 and coxa.peak_use > 1.0 and not coxa.passes
     assert any("speed" in reason for reason in coxa.reasons)
+
+
+def test_the_answer_is_in_the_first_ten_lines(selection):
+    """It stood on line 69 of 154, in lines of 154 characters."""
+    lines = selection.lines()
+    assert max(map(len, lines)) <= WIDTH and len(lines) <= 12
+    assert lines[0].startswith(f"kharagpur: {selection.choice.name.split(',')[0]}")
+    head = next(k for k, line in enumerate(lines) if "motors pass all joints of" in line)
+    assert head < 3 and "of 5 motors pass all joints of 1 walks" in lines[head]
+    first = selection.passing("femur")[0]
+    assert lines[head + 3].startswith(f"{first.name} ") and head + 3 < 10
+    assert f"{len(selection.assumed)} assumed" in lines[-1]
 
 
 def test_tables_tell_all(selection, tmp_path):

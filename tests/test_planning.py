@@ -23,9 +23,11 @@ from hexapod_pin.control import kinematic as walk_knots
 from hexapod_pin.control.foot_control.stability import kept_loops
 from hexapod_pin.control.foot_path import FootPath
 from hexapod_pin.control.gait import Gait
+from hexapod_pin.control.joint_trajectory import trajectory_curve
 from hexapod_pin.control.knot_table import knot_times, sample_knots
 from hexapod_pin.control.leg_group import LegGroup, leg_group
-from hexapod_pin.errors import GaitError, SimulationInterrupted
+from hexapod_pin.control.walk_plan import WalkPlan
+from hexapod_pin.errors import GaitError, ParameterError, SimulationInterrupted
 from hexapod_pin.robot.leg_bodies import leg_bodies
 from hexapod_pin.robot.robot import Robot, load_robot, robot_content
 from hexapod_pin.simulation.case import run_case
@@ -328,3 +330,34 @@ def test_a_prescribed_start_is_read_off_the_knots_around_it() -> None:
         angle, rate = motion_at(plan, time)
         assert np.array_equal(angle, whole[0])
         assert np.array_equal(rate, whole[1])
+
+
+# A plan at one instant, for controllers of one's own.
+
+
+@pytest.mark.parametrize("name", ["kharagpur", "athena"])
+def test_a_walk_plan_is_that_of_the_controller_at_any_time(name: str) -> None:
+    """Angles to the error of the knots' cubics, 1e-5 rad; rates by difference quotients; feet."""
+    robot, gait = hp.load_robot(name), hp.Gait.tripod(stroke=0.06, cycle_time=1.2)
+    plan, time = WalkPlan(robot, gait), np.linspace(0.0, 4.0, 57)
+    found = plan.at(time)
+    curve = trajectory_curve(hp.KinematicControl(gait).plan(robot, 4.5))
+    np.testing.assert_allclose(found.q, curve(time), atol=1e-5)
+    step = 1e-6
+    difference = (plan.at(time + step).q - found.q) / step
+    smooth = np.abs(found.v - curve(time, 1)).max(axis=1) < 1e-2  # no lift-off in between
+    assert smooth.mean() > 0.8
+    np.testing.assert_allclose(difference[smooth], found.v[smooth], atol=1e-3)
+    np.testing.assert_allclose(plan.feet(found.q), found.feet, atol=1e-12)
+    np.testing.assert_allclose(plan.joint_angles(found.feet, found.q), found.q, atol=1e-12)
+    alone = plan.at(float(time[20]))
+    np.testing.assert_allclose(alone.q, found.q[20], atol=1e-12)
+    assert alone.stance.tolist() == found.stance[20].tolist()
+    assert found.stance.sum(axis=1).min() >= 3 and found.feet.shape == (57, 6, 3)
+    assert [robot.feet[k].name for k in plan.foot_index] == [
+        robot.leg(leg).foot for leg in plan.legs
+    ]
+    with refused(ParameterError, "time"):
+        plan.at([1.0, 0.5])
+    with refused(GaitError, quantity="stroke"):
+        WalkPlan(robot, hp.Gait.tripod(stroke=0.9))

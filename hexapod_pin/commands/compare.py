@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING, Annotated, Optional
 
 import typer
 
-from hexapod_pin.commands.options import ImportCode, OptionalFloat, OptionalPath, import_code
+from hexapod_pin.commands.options import (
+    Full,
+    ImportCode,
+    OptionalFloat,
+    OptionalPath,
+    import_code,
+)
 from hexapod_pin.commands.output_files import (
     PAGES,
     WrittenFiles,
@@ -96,6 +102,7 @@ def compare(
     json: Annotated[
         OptionalPath, typer.Option("--json", help="All numbers to write, as JSON.")
     ] = None,
+    full: Full = False,
     markdown: Annotated[
         bool, typer.Option("--markdown", help="Print the tables as Markdown.")
     ] = False,
@@ -138,15 +145,15 @@ def compare(
     if figure is not None and len({plan.controller for plan in planned}) < 2:
         raise ParameterError("--figure", str(figure), "given with two cases or more")
     try:
-        with progress_bar(f"{len(planned)} runs") as progress:
+        with progress_bar(f"{len(planned)} runs", left=True) as progress:
             comparison = run_study(compared, planned, **with_progress(how, progress))
     except StudyInterrupted as error:
         if error.result is not None:
             with written_files() as written:
-                _report(error.result, json, markdown, written)
+                _report(error.result, json, markdown, full, written)
         raise
     with written_files() as written:
-        _report(comparison, json, markdown, written)
+        _report(comparison, json, markdown, full, written)
         if figure is not None:
             from hexapod_pin.view.study_figures import write_comparison_figure
 
@@ -159,10 +166,16 @@ def compare(
             _play(planned, html, threads or 1, written)
 
 
-def _report(found: Comparison, json: Path | None, markdown: bool, written: WrittenFiles) -> None:
-    """Print the tables and write the numbers."""
-    echo(found.to_markdown() if markdown else found.table())
-    echo("")
+def _report(
+    found: Comparison, json: Path | None, markdown: bool, full: bool, written: WrittenFiles
+) -> None:
+    """Print the answer or the tables, and write the numbers."""
+    if markdown:
+        echo(found.to_markdown())
+    else:
+        echo(found.table() if full else "\n".join(found.lines()))
+    if markdown or full:
+        echo("")
     if json is not None:
         written(lambda: found.save(json))
 

@@ -25,6 +25,9 @@ class _Hidden:
     def update(self, *_: Any, **__: Any) -> None:
         """Show nothing."""
 
+    def reset(self, *_: Any, **__: Any) -> None:
+        """Show nothing."""
+
 
 class ProgressBar:
     """Shows a finished fraction, 0 to 1, when it is called; `stage` is for what comes before."""
@@ -40,7 +43,8 @@ class ProgressBar:
         self._show(fraction)
 
     def stage(self, title: str) -> Callable[[float], None]:
-        """Return a callable that shows the finished fraction of something else."""
+        """Return a callable that shows the finished fraction of something else, from now on."""
+        self._bar.reset(self._task, total=1.0, description=visible(title))
 
         def show(fraction: float) -> None:
             self._bar.update(self._task, description=visible(title), completed=fraction)
@@ -81,9 +85,14 @@ def time_left_bar(title: str) -> Iterator[TimeLeftBar]:
 
 
 @contextmanager
-def progress_bar(title: str) -> Iterator[ProgressBar]:
-    """Give a callable that shows a finished fraction on stderr, where that is a terminal."""
-    with _bar() as bar:
+def progress_bar(title: str, *, left: bool = False) -> Iterator[ProgressBar]:
+    """Give a callable that shows a finished fraction on stderr, where that is a terminal.
+
+    Args:
+        title: of what is done.
+        left: whether the time left is shown, too.
+    """
+    with _bar(left=left) as bar:
         yield ProgressBar(bar, title)
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from hexapod_pin.commands.options import OptionalFloat, OptionalPath, RobotName
+from hexapod_pin.commands.options import Full, OptionalFloat, OptionalPath, RobotName
 from hexapod_pin.commands.output_files import report_marks, written_files
 from hexapod_pin.commands.progress import progress_bar
 from hexapod_pin.commands.study_options import (
@@ -63,6 +63,7 @@ def select(
         None
     ),
     json: Annotated[bool, typer.Option("--json", help="Print JSON instead of tables.")] = False,
+    full: Full = False,
     quick: Annotated[bool, typer.Option("--quick", help="Leave out the uncertain inputs.")] = False,
     store: Store = None,
     resume: Resume = False,
@@ -82,7 +83,7 @@ def select(
     text, folder = study_text(robot, study, catalog, voltage, motor_mass, repair)
     how = run_options(store, resume, retry_failed, threads, processes, scheduler)
     try:
-        with progress_bar("motors") as bar:
+        with progress_bar("motors", left=True) as bar:
             found = select_motors(
                 text, folder, samples=0 if quick else None, stage=bar.stage, **how
             )
@@ -90,7 +91,7 @@ def select(
         if error.result is None:
             raise
         found = error.result
-    print_selection(found, json)
+    print_selection(found, json, full)
     write_files(found, report, table)
     if found.interrupted:
         fail("interrupted; what was done is listed above", interrupted_status())
@@ -178,12 +179,12 @@ def _require_same_robot(base: Any, robot: str, study: Path) -> None:
         raise ParameterError("ROBOT", robot, f"{other!r}, the robot of {study}")
 
 
-def print_selection(selection: MotorSelection, json: bool) -> None:
-    """Print the ranking as text or JSON."""
+def print_selection(selection: MotorSelection, json: bool, full: bool) -> None:
+    """Print the answer, everything, or JSON."""
     if json:
         echo(json_text.dumps(selection.to_dict(), indent=2, allow_nan=False))
     else:
-        echo(selection.table())
+        echo(selection.table() if full else "\n".join(selection.lines()))
 
 
 def write_files(selection: MotorSelection, report: Path | None, table: Path | None) -> None:

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+import json as json_text
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from hexapod_pin.commands.options import ImportCode, OptionalPath, import_code
+from hexapod_pin.commands.options import (
+    AsJson,
+    ImportCode,
+    OptionalPath,
+    OptionalText,
+    comma_list,
+    import_code,
+)
 from hexapod_pin.commands.output_files import (
     PAGES,
     report_marks,
@@ -25,9 +33,12 @@ from hexapod_pin.commands.study_options import (
     StudyThreads,
 )
 from hexapod_pin.commands.terminal import announce, echo
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.text_table import folded
 
 if TYPE_CHECKING:
     from hexapod_pin.study.runs import SweepResult
+    from hexapod_pin.study.sweep import SweepStudy
 
 
 def sweep(
@@ -49,6 +60,15 @@ def sweep(
     threads: StudyThreads = None,
     processes: Processes = None,
     scheduler: Scheduler = None,
+    columns: Annotated[
+        OptionalText,
+        typer.Option(
+            help="Of a .csv file: only these, separated by commas, such as "
+            "walks,kind_torque_peak. Default: all."
+        ),
+    ] = None,
+    full: Annotated[bool, typer.Option("--full", help="A line for every case.")] = False,
+    json: AsJson = False,
     chunk: Annotated[int, typer.Option(help="Cases that a worker is given at a time.")] = 4,
     code: ImportCode = None,
 ) -> None:
@@ -64,19 +84,22 @@ def sweep(
     report = None if report is None else writable("--report", report, PAGES, drawn=True)
     import_code(code)
     found = load_sweep(study)
-    echo(f"{found.name}: {len(found)} cases, study {found.digest}")
-    for item in found.inputs:
-        echo(f"  {item.name}{f' [{item.unit}]' if item.unit else ''}: {item.text}")
+    if columns is not None and (out is None or out.suffix.lower() != ".csv"):
+        raise ParameterError("--columns", columns, "given with --out FILE.csv")
     begin = time.perf_counter()
     with time_left_bar("sweeping") as bar:
         result = run_sweep(
             found, store, threads=threads, processes=processes, scheduler=scheduler, chunk=chunk,
             resume=resume, retry_failed=retry_failed, progress=bar,
         )  # fmt: skip
-    _print(result, time.perf_counter() - begin, bar.moved * len(result))
+    taken, run_now = time.perf_counter() - begin, bar.moved * len(result)
+    if json:
+        echo(json_text.dumps(result.to_dict(), indent=2, allow_nan=False))
+    else:
+        _print(found, result, taken, run_now, full)
     with written_files() as written:
         if out is not None:
-            written(lambda: result.save(out))
+            written(lambda: result.save(out, comma_list(columns)))
         if plot is not None and result.done:
             from hexapod_pin.view.study_figures import write_sweep_figure
 
@@ -87,22 +110,47 @@ def sweep(
             written(lambda: write_study_report(result, report, **report_marks()))
 
 
-SHOWN = 3
+SHOWN = 2
 """Failed cases whose reasons are printed."""
 
+ROWS = 10
+"""Cases of the printed table, without --full."""
 
-def _print(result: SweepResult, taken: float, run_now: float) -> None:
-    """Print how many cases came to what, how long they took and where they are."""
-    failed = result.failed
-    echo(f"{result.done} of {len(result)} cases done, {len(failed)} failed")
-    for kind, count in result.reasons.items():
-        echo(f"  {count} x {kind}")
-    for index, reason in failed[:SHOWN]:
-        echo(f"  case {index}: {reason}")
-    if len(failed) > SHOWN:
-        echo(f"  ... {len(failed) - SHOWN} more: see `reason` in the dataset")
-    if result.not_walking:
-        echo(f"{result.not_walking} cases do not walk as planned: see `verdict`")
-    if round(run_now):
-        echo(f"{round(run_now)} cases run in {taken:.1f} s, {taken / run_now:.3g} s a case")
+
+def _print(
+    study: SweepStudy, result: SweepResult, taken: float, run_now: float, full: bool
+) -> None:
+    """Print how many cases came to what, a table of them, and where they are."""
+    import numpy as np
+
+    failed, text = result.failed, f"{result.name}: {result.done} of {len(result)} cases done"
+    text += f", {len(failed)} failed" if failed else ""
+    text += f", {result.not_walking} do not walk" if result.not_walking else ", all walk"
+    if not result.done or np.isnan(result.columns["walks"].values).any():
+        text = text.removesuffix(", all walk")
+    if result.done and np.isnan(result.columns["measured_speed"].values).all():
+        text += "; none has a whole steady cycle: give a longer duration"
+    _echo(text)
+    rows = len(result) if full else ROWS
+    if result.done:
+        echo("\n".join(result.table(rows).lines()))
+        if result.done > rows:
+            _echo(
+                f"* at a limit; the {rows} cases of largest torque of {result.done}; --full has all"
+            )
+    reasons = [f"{count} x {kind}" for kind, count in result.reasons.items()]
+    reasons += [f"case {index}: {reason}" for index, reason in failed[:SHOWN]]
+    for line in reasons:
+        _echo(line)
+    timing = f"{round(run_now)} cases run in {taken:.1f} s; " if round(run_now) else ""
+    _echo(f"{timing}study {study.digest[:12]}; next: --out FILE.csv --columns NAME,..., --plot")
     echo(f"store: {result.path}")
+    if full:
+        for item in study.inputs:
+            _echo(f"{item.name}{f' [{item.unit}]' if item.unit else ''}: {item.text}")
+
+
+def _echo(text: str) -> None:
+    """Print a paragraph in lines that fit the terminal."""
+    for line in folded(text):
+        echo(line)

@@ -45,5 +45,9 @@ from .sampled_trajectory import SampledTrajectory as SampledTrajectory
 from .sensors import Sensor as Sensor
 from .sensors import SensorReader as SensorReader
 from .sensors import Sensors as Sensors
+from .stroke_posture import LongestStroke as LongestStroke
+from .stroke_posture import longest_stroke_posture as longest_stroke_posture
 from .time_function import Periodic as Periodic
 from .time_function import Sum as Sum
+from .walk_plan import PlannedInstant as PlannedInstant
+from .walk_plan import WalkPlan as WalkPlan

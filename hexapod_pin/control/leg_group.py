@@ -164,6 +164,21 @@ class LegGroup(ComparedByContent):
             return rows
         return self._joint_angles(p_BF, np.array(begin, dtype=float))
 
+    @every_step
+    def feet(self, q: ArrayLike) -> Array:
+        """Return the centres of all feet: forward kinematics.
+
+        Args:
+            q: joint angles, `Robot.joint_names` order [rad]. Shape (..., n).
+
+        Returns:
+            Base frame, legs in gait order [m]. Shape (..., L, 3).
+        """
+        angles = np.asarray(q, dtype=float)
+        rows = angles.reshape(-1, angles.shape[-1])[:, self.joint_index]
+        places = self.kinematics.chain.forward(np.swapaxes(rows, 0, 1))
+        return np.swapaxes(places, 0, 1).reshape(*angles.shape[:-1], len(self.legs), 3)
+
     def _joint_angles(self, feet: Array, rows: Array) -> Array:
         """Return the same for legs of any shape, or raise the error of a leg that cannot."""
         p_BF = np.ascontiguousarray(np.swapaxes(feet, 0, 1))

@@ -1,4 +1,4 @@
-"""Motions: functions of time for joints and trunk, walks on arcs, velocity commands, postures."""
+"""Motions: functions of time for joints and trunk, arcs, velocity commands, postures, plans."""
 
 from hexapod_pin.control.arc_walk import ArcWalk, paper_motion
 from hexapod_pin.control.body_motion import BodyMotion
@@ -15,7 +15,9 @@ from hexapod_pin.control.curves import (
 from hexapod_pin.control.joint_motion import JointMotion
 from hexapod_pin.control.posture import least_torque_posture, posture_cost
 from hexapod_pin.control.sampled_trajectory import SampledTrajectory
+from hexapod_pin.control.stroke_posture import longest_stroke_posture
 from hexapod_pin.control.time_function import Periodic, Sum
+from hexapod_pin.control.walk_plan import PlannedInstant, WalkPlan
 
 __all__ = [
     "ArcWalk",
@@ -24,6 +26,7 @@ __all__ = [
     "Hermite",
     "JointMotion",
     "Periodic",
+    "PlannedInstant",
     "SampledTrajectory",
     "Sine",
     "Step",
@@ -31,8 +34,10 @@ __all__ = [
     "Sum",
     "VelocityCommand",
     "VelocityStep",
+    "WalkPlan",
     "Waypoints",
     "least_torque_posture",
+    "longest_stroke_posture",
     "paper_motion",
     "posture_cost",
 ]

@@ -25,7 +25,7 @@ from hexapod_pin.results.walk_metrics import (
     mean_estimate,
     relative_change,
 )
-from hexapod_pin.text_table import Table, escaped
+from hexapod_pin.text_table import Table, escaped, folded
 
 # A comparison as text: one table per scene, a row per metric, a column per controller.
 
@@ -38,6 +38,65 @@ def text_table(comparison: Comparison) -> str:
     parts += ["\n".join(scene_table(comparison, scene).lines()) for scene in comparison.scenes]
     parts += ["\n".join(lines) for lines in (failures(comparison), notes(comparison)) if lines]
     return "\n\n".join(parts)
+
+
+ROWS = 10
+"""Rows of the answer at most; `text_table` has all."""
+
+ANSWERED = {
+    "measured_speed": "speed",
+    "torque_rms": "torque RMS",
+    "torque_peak": "torque peak",
+    "slip_per_metre": "slip",
+}
+"""Numbers of the answer, and what they are called there."""
+
+CHANGED = ("torque_rms", "torque_peak", "slip_per_metre")
+"""Those whose changes stand in its first lines."""
+
+
+def answer_lines(comparison: Comparison) -> list[str]:
+    """Return what a user decides by: a row for each scene and controller, and who is ahead."""
+    names = [name for name in ANSWERED if name in METRICS]
+    rows: list[list[str]] = []
+    for scene in comparison.scenes:
+        for name in comparison.controllers:
+            cells = [_short_cell(comparison, scene, name, metric) for metric in names]
+            rows.append([scene, name, _walked(comparison, scene, name), *cells])
+    units = [f"{ANSWERED[name]}\n[{METRICS[name].unit}]" for name in names]
+    head = ["scene", "controller", "walked", *units]
+    lines = [line for text in verdicts(comparison) for line in folded(text)]
+    lines += Table("", head, rows[:ROWS], "<<<>", rule=False).lines()
+    more = [f"{len(rows) - ROWS} more rows"] if len(rows) > ROWS else []
+    more += [f"{count} runs without numbers"] if (count := len(failures(comparison))) else []
+    more += [f"{len(comparison.assumed)} assumed"] if comparison.assumed else []
+    return [*lines, *folded("; ".join([*more, "--full has everything, --json FILE writes it"]))]
+
+
+def verdicts(comparison: Comparison) -> list[str]:
+    """Return a sentence for each controller: how it changes the numbers, over all scenes."""
+    base, found = comparison.baseline, []
+    for name in comparison.controllers[1:]:
+        parts = []
+        for metric in CHANGED:
+            changes = [comparison.change(scene, name, metric) for scene in comparison.scenes]
+            values = [100.0 * change.value for change in changes if change is not None]
+            if values:
+                low, high = f"{min(values):+.0f}", f"{max(values):+.0f}"
+                span = low if low == high else f"{low} to {high}"
+                parts.append(f"{ANSWERED[metric]} {span} %")
+        text = ", ".join(parts) or "no run that both walked"
+        found.append(f"{name} against {base}: {text}")
+    if not found:
+        walked = _walked(comparison, comparison.scenes[0], base)
+        found.append(f"{base}: {walked} walked")
+    return found
+
+
+def _short_cell(comparison: Comparison, scene: str, name: str, metric: str) -> str:
+    """Return a mean to three digits."""
+    mean = comparison.mean(scene, name, metric)
+    return NOTHING if mean is None else f"{mean.value:.3g}"
 
 
 def markdown_table(comparison: Comparison) -> str:
@@ -378,6 +437,10 @@ class Comparison(Immutable):
         """
         check_ending(path, JSON)
         return write_atomically(path, self.to_json().encode())
+
+    def lines(self) -> list[str]:
+        """Return what a user decides by: who is ahead, and a row for each scene and controller."""
+        return answer_lines(self)
 
     def table(self) -> str:
         """Return plain text: a table per scene with units, intervals and changes."""

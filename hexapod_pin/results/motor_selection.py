@@ -16,7 +16,6 @@ from hexapod_pin.foreign_text import csv_cell, encoded
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.result_files import check_ending, without_non_finite
 from hexapod_pin.shown import drawn
-from hexapod_pin.text_table import Table
 
 if TYPE_CHECKING:
     from hexapod_pin.drive.catalog import MotorRecord
@@ -253,8 +252,16 @@ class MotorSelection(Immutable):
         """Return all numbers as plain data; NaN and infinities as None."""
         return selection_to_dict(self)
 
+    def lines(self) -> list[str]:
+        """Return what a user decides by: the choice, and the first motors of the ranking."""
+        from hexapod_pin.results.selection_text import selection_answer
+
+        return selection_answer(self)
+
     def table(self) -> str:
-        """Return the ranking as text."""
+        """Return everything as text."""
+        from hexapod_pin.results.selection_text import selection_table
+
         return selection_table(self)
 
 
@@ -263,10 +270,7 @@ def _model(candidate: MotorCandidate) -> str:
     return models.pop() if len(models) == 1 else candidate.name
 
 
-# The ranking of motors as text, as rows for other programs, and as plain data.
-
-SHOWN = 12
-"""Motors of the text table that do not pass; all are in the CSV file."""
+# The ranking of motors as rows for other programs, and as plain data.
 
 COLUMNS = (
     ("peak_use", "peak [-]"),
@@ -278,87 +282,6 @@ COLUMNS = (
     ("inertia_ratio", "inertia ratio [-]"),
 )
 """Field and heading of what stands in the CSV file for each kind of joint."""
-
-
-def selection_table(selection: MotorSelection) -> str:
-    """Return the ranking as text."""
-    parts = [_heading(selection), _ranking(selection), _choice(selection), _notes(selection)]
-    return "\n\n".join("\n".join(part) for part in parts if part)
-
-
-def _heading(s: MotorSelection) -> list[str]:
-    lines = [
-        f"Motors for {s.robot_name}: {s.total_mass:.4g} kg as in its file, "
-        f"motors of {1e3 * s.contained:.3g} g each among it",
-        f"{len(s.walks)} walks: {'; '.join(s.walks)}",
-        f"catalogue: {s.catalog}",
-        f"derating: largest torque {s.derating.peak:.0%} of the line at that speed, continuous "
-        f"torque the rated one, else {s.derating.continuous:.0%} of stall; supply under load "
-        f"{s.derating.voltage:.0%} of the row's voltage",
-        "Need over what the derated motor may give; a motor passes a joint at 1 or less of each.",
-    ]
-    if s.interrupted:
-        lines.append("INTERRUPTED: only what was done so far is listed.")
-    return lines
-
-
-def _ranking(s: MotorSelection) -> list[str]:
-    passing = [c for c in s.candidates if c.passes]
-    others = [c for c in s.candidates if not c.passes]
-    head = ("motor on all joints", "robot", *(f"{k} peak/cont/hold/speed" for k in s.kinds), "")
-    shown = Table("", head, [_row(c) for c in passing + others[:SHOWN]], rule=False).lines()
-    lines = shown[: 1 + len(passing)]
-    if not passing:
-        lines.append("none carries every joint and every walk")
-    lines += shown[1 + len(passing) :]
-    if len(others) > SHOWN:
-        lines.append(f"... and {len(others) - SHOWN} more that do not pass (--csv lists all)")
-    rejected = [f"  {c.name}: {c.reasons[0]}" for c in others[:SHOWN] if c.reasons]
-    if rejected:
-        lines += ["", "Why not:", *rejected]
-    if s.unusable:
-        lines += ["", "Not compared:", *(f"  {n}: {why}" for n, why in s.unusable)]
-    return lines
-
-
-def _row(candidate: MotorCandidate) -> tuple[str, ...]:
-    mark = "pass" if candidate.passes else "FAIL"
-    return (candidate.name, f"{candidate.total_mass:.2f} kg", *map(_uses, candidate.uses), mark)
-
-
-def _uses(use: KindUse) -> str:
-    values = (use.peak_use, use.continuous_use, use.holding_use, use.speed_use)
-    return "/".join(f"{x:.2f}" if math.isfinite(x) else "-" for x in values) + (
-        "" if use.passes else " *"
-    )
-
-
-def _choice(s: MotorSelection) -> list[str]:
-    if not s.iterations:
-        return []
-    lines = ["Lightest motors for each kind of joint, masses fed back:"]
-    for number, step in enumerate(s.iterations, start=1):
-        state = "passes" if step.passes else f"fails: {step.reasons[0]}"
-        lines.append(f"  {number}. {step.name}: {step.total_mass:.3f} kg, {state}")
-    if s.choice is None:
-        return [*lines, "  no choice: " + "; ".join(s.notes)]
-    use = s.choice
-    battery = (
-        f"; battery: {use.battery_current_peak:.3g} A peak, {use.battery_current_mean:.3g} A mean "
-        "(estimate)"
-        if math.isfinite(use.battery_current_peak)
-        else "; battery current unknown"
-    )
-    lines.append(f"  choice: {use.name}, {1e3 * use.motor_mass:.4g} g of motors{battery}")
-    if s.confidence is not None:
-        lines += ["", s.confidence.sentence, *(f"  {text}" for text in s.confidence.inputs)]
-    return lines
-
-
-def _notes(s: MotorSelection) -> list[str]:
-    lines = [f"note: {note}" for note in s.notes]
-    lines += [f"evidence: {line}" for line in s.derating.evidence]
-    return lines + [f"assumed: {line}" for line in s.assumed]
 
 
 def selection_to_dict(selection: MotorSelection) -> dict[str, Any]:

@@ -7,7 +7,7 @@ import io
 import itertools
 import json
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,10 +20,17 @@ from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import UnknownNameError
 from hexapod_pin.foreign_text import csv_cell
 from hexapod_pin.results.joint_budget import KINDS, OTHER_KINDS
-from hexapod_pin.results.result_files import NETCDF, Column, check_ending, write_netcdf
-from hexapod_pin.results.schema import Quantity
+from hexapod_pin.results.result_files import (
+    NETCDF,
+    Column,
+    check_ending,
+    without_non_finite,
+    write_netcdf,
+)
+from hexapod_pin.results.schema import Quantity, require_known
 from hexapod_pin.study.runs.outcome import PATH
 from hexapod_pin.study.runs.store_reading import NOT_RUN, StoredSweep, columns, read_store, ways
+from hexapod_pin.text_table import Cell, Table, cell_text
 from hexapod_pin.user_file import user_path
 
 if TYPE_CHECKING:
@@ -143,16 +150,45 @@ class SweepResult:
         values: Array = self._stored.inputs[names.index(name)].values
         return values
 
-    def save(self, path: str | Path) -> Path:
+    def table(self, rows: int = 10) -> Table:
+        """Return the cases of largest torque: inputs, speed, and the peak of each kind of joint.
+
+        A peak at its joint's limit, and a robot that does not walk, are marked with *.
+
+        Args:
+            rows: at most.
+        """
+        return sweep_table(self, rows)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return inputs and numbers of each case as plain data; NaN and infinities as None."""
+        names = {*coordinate_names(self.inputs).values(), "reason", "verdict", CASE}
+        plain = {
+            name: column.values.tolist()
+            for name, column in self.columns.items()
+            if column.dims == (CASE,) or name in names or name.startswith("kind")
+        }
+        found: dict[str, Any] = without_non_finite({**self.attributes, "columns": plain})
+        return found
+
+    def save(self, path: str | Path, columns: Sequence[str] | None = None) -> Path:
         """Write the dataset as netCDF-4 (.nc) or CSV (.csv), wholly or not at all.
+
+        Args:
+            path: of the file.
+            columns: of a CSV file: variables to write, beside the index of the case; None: all.
 
         Raises:
             TraceFileError: another ending, or the file cannot be written; an old one is intact.
+            UnknownNameError: there is no such variable.
         """
         form = check_ending(path, ENDINGS)
         made, attributes = self.columns, self.attributes
         if form in CSV:
-            return write_atomically(path, sweep_csv(made))
+            for name in columns or ():
+                require_known("column", name, list(made))
+            chosen = None if columns is None else {CASE, *columns}
+            return write_atomically(path, sweep_csv(made, chosen))
         names = coordinate_names(self.inputs).values()
         return write_netcdf(path, made, {**attributes, "coordinates": " ".join(names)})
 
@@ -308,12 +344,18 @@ ROWS = 256
 """Rows that are made at a time."""
 
 
-def sweep_csv(made: Mapping[str, Column]) -> bytes:
-    """Return all columns along the cases except the path; every digit is kept, NaN is empty.
+def sweep_csv(made: Mapping[str, Column], chosen: Container[str] | None = None) -> bytes:
+    """Return columns along the cases, all or those chosen, except the path.
+
+    Every digit is kept, NaN is empty.
 
     The head names quantity, label and unit: `torque_peak.lf_coxa_joint [N m]`.
     """
-    along = {k: c for k, c in made.items() if c.dims[:1] == (CASE,) and k != PATH}
+    along = {
+        name: column
+        for name, column in made.items()
+        if column.dims[:1] == (CASE,) and name != PATH and (chosen is None or name in chosen)
+    }
     order = sorted(along, key=lambda name: (name != CASE, len(along[name].dims)))
     parts = {name: column for name in order for column in [along[name]]}
     heads = [head for name, column in parts.items() for head in _heads(name, column, made)]
@@ -343,3 +385,52 @@ def _cell(value: Any) -> str:
     if isinstance(value, str):
         return csv_cell(value)
     return "" if value != value else repr(value)
+
+
+# A sweep in few lines: the cases of largest torque.
+
+LIMITED = 0.999
+"""Share of the torque limit from which a peak counts as limited [-]."""
+
+
+def sweep_table(result: SweepResult, rows: int) -> Table:
+    """Return the table of `SweepResult.table`."""
+    made = result.columns
+    peak, use = made["kind_torque_peak"].values, made["kind_limit_use"].values
+    inputs = list(coordinate_names(result.inputs).values())[:MOST_INPUTS]
+    units = [made[name].attributes.get("units", "") for name in inputs]
+    kinds = made["kind"].values.tolist()
+    largest = np.nan_to_num(peak, nan=-1.0).max(axis=1)
+    order = np.argsort(-largest, kind="stable")[: min(rows, result.done)]
+    head = ["case", *(_two_lines(*one) for one in zip(inputs, units, strict=True)),
+            "speed\n[m/s]", "slip\n[m]", *(f"{kind}\n[N m]" for kind in kinds)]  # fmt: skip
+    slip = made["slip_distance"].values.sum(axis=1)
+    found: list[list[Cell]] = []
+    for k in sorted(order.tolist()):
+        walks = "" if made["walks"].values[k] else " *"
+        peaks = [
+            f"{_short(one)}{' *' if share >= LIMITED else ''}"
+            for one, share in zip(peak[k], use[k], strict=True)
+        ]
+        given = [_short(made[name].values[k]) for name in inputs]
+        speed = f"{_short(made['measured_speed'].values[k])}{walks}"
+        found.append([k, *given, speed, _short(slip[k]), *peaks])
+    return Table("", head, found, ">", rule=False)
+
+
+MOST_INPUTS = 4
+"""Inputs of a printed table, the first of the study."""
+
+LONGEST_INPUT = 12
+"""Characters of a text in it."""
+
+
+def _two_lines(name: str, unit: str) -> str:
+    """Return a column's head: the end of a long name, and the unit below it."""
+    short = name if len(name) <= LONGEST_INPUT else name.rpartition(".")[2][-LONGEST_INPUT:]
+    return f"{short}\n[{unit}]" if unit not in ("", "1", "-") else short
+
+
+def _short(value: Any) -> str:
+    """Return a text cut to its first characters, or a number to three digits."""
+    return value[:LONGEST_INPUT] if isinstance(value, str) else cell_text(value, ".3g")
