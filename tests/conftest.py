@@ -26,6 +26,7 @@ def pytest_configure(config: pytest.Config) -> None:
     thread, as in a command: each worker of pytest-xdist has a core.
     """
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    os.environ.pop("COLUMNS", None)  # lines of outputs are as long as they are
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     if os.environ.pop("PYTHONDONTWRITEBYTECODE", None):

@@ -298,6 +298,27 @@ def test_without_a_command_there_is_what_to_type(run: Run) -> None:
     assert all(f"  {name} " in listed for name in named)
 
 
+@pytest.mark.parametrize("width", [80, 120])
+def test_no_line_of_any_command_wraps(
+    run: Run, trace: hp.Trace, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, width: int
+) -> None:
+    """Tables and sentences of up to 370 characters were printed as they were."""
+    trace.save("walk.nc")
+    scaled_inertias(tmp_path, 1000.0)
+    monkeypatch.setenv("COLUMNS", str(width))
+    budgets = ("--full", "--joints", "--assumed", "--catalog", "--catalog --full", "--motor AX-12A")
+    commands = [
+        *(f"budget walk.nc {option}" for option in budgets), "stability walk.nc", "check athena",
+        "check scaled.urdf", "repair scaled.urdf -o new.urdf", "contact accurate", "--help",
+        "walk kharagpur --stroke 0.5", "walk scaled.urdf --mu x", "walk none.urdf", "select none",
+        "sweep none.toml", "compare none.toml", "run none.toml", "budget none.nc", "view none.nc",
+    ]  # fmt: skip
+    for words in commands:
+        done = run(*words.split())
+        lines = (done.out + done.err).replace(f"{tmp_path}/", "").splitlines()
+        assert lines and max(map(len, lines)) <= width, (words, max(lines, key=len))
+
+
 def test_json_stands_alone_on_stdout(run: Run) -> None:
     """Also where a case is saved, whose path goes to stderr."""
     done = run("walk", "kharagpur", *WALK, "--quick", "--json", "--save-case", "c.toml")

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Sequence
+
 from hexapod_pin.errors import HexapodError, UrdfError
 
 SHOWN = 3
@@ -20,9 +23,31 @@ def refusal_text(error: UrdfError, command: str, options: set[str]) -> str:
     from hexapod_pin.text_table import folded
 
     lines = [line for text in folded_texts(error.findings, SHOWN) for line in folded(text, "  ")]
-    return "\n".join(
-        [f"{error.source} is refused:", *lines, _next_command(error.source, command, options)]
-    )
+    head = folded(f"{error.source} is refused: {_kinds(error.findings)}")
+    return "\n".join([*head, *lines, _next_command(error.source, command, options)])
+
+
+MOST_KINDS = 3
+"""Kinds of fault in the first line."""
+
+
+def _kinds(findings: Sequence[str]) -> str:
+    """Return the kinds of faults, each with the number of its places."""
+    counts = Counter(_kind(text) for text in findings)
+    named = [f"{kind} ({n})" if n > 1 else kind for kind, n in counts.most_common(MOST_KINDS)]
+    more = len(counts) - len(named)
+    return ", ".join(named) + (f" and {more} more" if more else "")
+
+
+def _kind(text: str) -> str:
+    """Return the kind of a finding: between the place and the value of one of `find_all`."""
+    parts = text.split(": ")
+    kind = parts[1] if len(parts) > 2 else parts[0]
+    return kind if len(kind) <= LONGEST_KIND else kind[: LONGEST_KIND - 3].rstrip() + "..."
+
+
+LONGEST_KIND = 50
+"""Characters of a kind."""
 
 
 def _next_command(source: str, command: str, options: set[str]) -> str:

@@ -5,6 +5,7 @@ Nothing is imported here that takes time: the first line of a command comes befo
 
 from __future__ import annotations
 
+import os
 import shlex
 import sys
 from collections.abc import Sequence
@@ -18,13 +19,52 @@ from hexapod_pin.stop_signals import end, received
 def echo(text: str = "", *, err: bool = False) -> None:
     """Print text and a newline; characters that a terminal would act on become visible escapes.
 
+    Lines are folded between words where a terminal, or COLUMNS, is narrower; JSON is not.
+
     Args:
         text: what to print.
         err: whether on stderr; else on stdout.
     """
     import typer
 
-    typer.echo(visible(text), err=err)
+    shown, width = visible(text), _columns(err)
+    if width and not shown.startswith(("{", "[")):
+        shown = "\n".join(part for line in shown.split("\n") for part in fitted(line, width))
+    typer.echo(shown, err=err)
+
+
+NARROWEST = 40
+"""Lines are folded to no less than this [characters]."""
+
+STANDS_IN = 4
+"""How far what follows of a folded line stands in, beyond its first part [characters]."""
+
+
+def fitted(line: str, width: int) -> list[str]:
+    """Return a line in parts of at most a width, broken between words; columns stay apart."""
+    if len(line) <= width:
+        return [line]
+    if not line.strip("-="):  # below the head of a table
+        return [line[:width]]
+    import textwrap
+
+    begin = line[: len(line) - len(line.lstrip())]
+    return textwrap.wrap(
+        line.strip(), max(width, NARROWEST), initial_indent=begin,
+        subsequent_indent=begin + STANDS_IN * " ", break_long_words=False, break_on_hyphens=False,
+    )  # fmt: skip
+
+
+def _columns(err: bool) -> int:
+    """Return the width that lines must fit, of the terminal or as COLUMNS has it; 0: any."""
+    stream = sys.stderr if err else sys.stdout
+    given = os.environ.get("COLUMNS", "")
+    if given.isdigit():
+        return int(given)
+    try:
+        return os.get_terminal_size(stream.fileno()).columns if stream.isatty() else 0
+    except (OSError, ValueError):
+        return 0
 
 
 _arguments: list[str] = []

@@ -38,6 +38,9 @@ proportion, the cycle with the root, so that the Froude number v^2 / (g L) stays
 (dynamic similarity: Alexander and Jayes 1983).
 """
 
+LARGEST_SCALE = 10.0
+"""Of S2's gait: beyond it lengths are rather in another unit [-]."""
+
 SCALED_DIGITS = 3
 """Significant digits of the numbers of a scaled gait."""
 
@@ -202,7 +205,7 @@ def fit_gait(
 def gait_scale(robot: Robot) -> float:
     """Return the length of a robot's legs over the nearer end of `REFERENCE_LEGS` [-]."""
     length, (low, high) = leg_length(robot), REFERENCE_LEGS
-    return length / min(max(length, low), high * (1.0 + 1e-9))
+    return min(length / min(max(length, low), high * (1.0 + 1e-9)), LARGEST_SCALE)
 
 
 def _scaled(value: float, factor: float) -> float:

@@ -221,6 +221,8 @@ def advice(
             f"{need.torque:.3g} N m at {need.joint}, which has {need.effort_limit:.3g}: give it "
             f"{RESERVE * need.torque:.2g} N m or more, or make the robot lighter",
         )
+    if (by_load := _load_advice(trace)) is not None:
+        return by_load
     if (by_ground := _ground_advice(trace)) is not None:
         return by_ground
     cycle = trace.run.walk.cycle_time
@@ -258,6 +260,35 @@ def advice(
         f"try {longer}, a shorter stroke (--stroke), or more feet on the ground (--gait wave)",
         change,
     )
+
+
+STRONG_PUSH = 0.5
+"""Force of a push over the weight, from which it is taken for the cause [-] (*assumed*)."""
+
+
+def _load_advice(trace: Trace) -> Advice | None:
+    """Return what to change where legs are lost, or the robot is pushed hard."""
+    from hexapod_pin.scene.loads import LostLeg, Push
+
+    loads = () if trace.run.scene is None else trace.run.scene.loads
+    lost = [load for load in loads if isinstance(load, LostLeg)]
+    if lost:
+        names = ", ".join(load.leg for load in lost)
+        return Advice(
+            f"leg {names} has no drive torque",
+            f"a gait counts on leg {names}, which gives no torque: one that has more feet on the "
+            "ground at a time (--gait wave)",
+        )
+    weight = float(np.linalg.norm(trace.run.gravity)) * trace.run.robot.mass
+    pushes = [load for load in loads if isinstance(load, Push)]
+    force = max((float(np.linalg.norm(load.force)) for load in pushes), default=0.0)
+    if force > STRONG_PUSH * weight:
+        return Advice(
+            f"a push of {force:.3g} N, {force / weight:.2g} times its weight",
+            f"the push of {force:.3g} N is {force / weight:.2g} times the robot's weight of "
+            f"{weight:.3g} N: a weaker or shorter one, or a lower, wider posture",
+        )
+    return None
 
 
 def _ground_advice(trace: Trace) -> Advice | None:
