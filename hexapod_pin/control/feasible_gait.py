@@ -35,7 +35,7 @@ REFERENCE_LEGS = (0.30, 0.38)
 
 Shorter and longer legs walk it scaled by their length over the nearer of these: stroke and lift in
 proportion, the cycle with the root, so that the Froude number v^2 / (g L) stays that of S2's gait
-(dynamic similarity: Alexander and Jayes 1983).
+(dynamic similarity: Alexander & Jayes 1983).
 """
 
 LARGEST_SCALE = 10.0

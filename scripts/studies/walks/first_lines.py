@@ -99,7 +99,7 @@ PACKAGED = [
               change=put('velocity="[^"]*"', 'velocity="0"')),
     Situation("efforts of 0.3 N m", "too weak to stand", 3,
               change=put('effort="[^"]*"', 'effort="0.3"')),
-    Situation("efforts of 0.7 N m", "torque limit|too weak", 3,
+    Situation("efforts of 0.7 N m", r"walks .*femur_joint at its torque limit \d+ %", 0,
               change=put('effort="[^"]*"', 'effort="0.7"')),
     Situation("coxae that turn by 0.25 rad", r"stroke \d+.* of 140 mm \(\w+coxa_joint is at its",
               0, change=put(r'lower="-1.0471975511965976" upper="1.0471975511965976"',
