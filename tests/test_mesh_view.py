@@ -1,33 +1,28 @@
-"""Meshes of a robot in the playback: budget, placement, colours, fallback, what is sent."""
+"""Meshes of a robot in the playback: budget, placement, colours, fallback."""
 
 from __future__ import annotations
 
-import base64
-import json
 import re
 from pathlib import Path
 from typing import Any
 
-import meshcat.geometry
 import numpy as np
 import pytest
 import trimesh
-import umsgpack
 from PIL import Image
 
 import hexapod_pin as hp
 from hexapod_pin.robot.reading import ResourceFinder
-from hexapod_pin.view.html import viewer_file, write_page
-from hexapod_pin.view.live import TYPED_ARRAY, packed
 from hexapod_pin.view.mesh_store import (
     MeshStore,
     creased,
     decimated,
     merged,
     shared_limit,
-    triangle_geometry,
 )
 from hexapod_pin.view.robot_shapes import MESH_COLOR, RobotShapes, mesh_visuals
+from hexapod_pin.view.sample_block import SampleBlock, unpacked
+from hexapod_pin.view.scene_graph import DrawnMeshes
 
 RADIUS = 0.1  # m
 
@@ -101,23 +96,20 @@ def test_small_meshes_are_merged_and_stay() -> None:
     assert volume(drawn, triangles) == pytest.approx(6.0)
 
 
-def test_meshes_alike_are_stored_once_in_a_file(tmp_path: Path) -> None:
+def test_meshes_alike_are_stored_once_in_a_page(tmp_path: Path) -> None:
     """Two copies of a file in three visuals make one array of positions and one of indices."""
     box = trimesh.creation.box((1.0, 2.0, 3.0))
     for name in ("a.stl", "b.stl"):
         box.export(tmp_path / name)
     text = urdf("".join(visual(name) for name in ("a.stl", "b.stl", "a.stl")))
     parts = shapes(tmp_path, text, MeshStore()).bodies["root_joint"]
-    assert len(parts) == 3
-    scene = [{"object": {"geometries": [dict(part.geometry)]}} for part in parts]
-    motion = {"animations": [{"clip": {"tracks": [{"times": [0.0]}]}}]}
-    path = write_page(tmp_path / "p.html", title="", caption="", scene=scene, animation=motion)
-    found = re.search(r'id="trace" type="application/json">(.*?)</script>', path.read_text(), re.S)
-    assert found
-    data = json.loads(found[1])
-    assert len(data["arrays"]) == 2
-    stored = np.frombuffer(base64.b64decode(data["arrays"][0]), dtype="<f4").reshape(-1, 3)
-    np.testing.assert_allclose(np.ptp(stored, axis=0), (1.0, 2.0, 3.0), rtol=1e-6)
+    block = SampleBlock()
+    meshes = DrawnMeshes(block)
+    assert {meshes.places(part.geometry) for part in parts} == {(0, 1)} and len(parts) == 3
+    corners, index = unpacked(block.content, block.table)
+    stored = arrays(parts[0].geometry)
+    np.testing.assert_allclose(corners, stored[0], atol=5.1e-6)
+    np.testing.assert_array_equal(index.reshape(-1, 3), stored[1])
 
 
 def test_a_mesh_stands_where_its_link_puts_it(tmp_path: Path) -> None:
@@ -252,49 +244,6 @@ def test_a_foot_may_have_the_name_of_a_joint() -> None:
     parts = RobotShapes(text, {"part": 0.01}).bodies["root_joint"]
     [ball] = [part for part in parts if part.geometry["type"] == "SphereGeometry"]
     np.testing.assert_allclose(ball.position, (1.0, 2.0, 3.0), atol=1e-12)
-
-
-# what is sent to a live viewer ----------------------------------------------------------------
-
-
-VERTICES = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.25, 0.0], [0.0, 0.0, 1.5]])
-FACES = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
-
-
-def test_a_mesh_is_what_meshcat_itself_sends() -> None:
-    """Positions equal to the byte; indices too, but for 2 bytes each where meshcat takes 4.
-
-    meshcat sends 3 as the index's item size, which three.js does not read: it takes 1.
-    """
-    theirs = meshcat.geometry.TriangularMeshGeometry(VERTICES, FACES).lower({})
-    ours = umsgpack.unpackb(packed(triangle_geometry(VERTICES, FACES)))
-    assert ours["type"] == theirs["type"]
-    assert ours["data"]["attributes"] == theirs["data"]["attributes"]
-    index, expected = ours["data"]["index"], theirs["data"]["index"]
-    assert set(index) == set(expected)
-    assert (index["type"], expected["type"]) == ("Uint16Array", "Uint32Array")
-    values = np.frombuffer(index["array"].data, dtype="<u2")
-    np.testing.assert_array_equal(values, np.frombuffer(expected["array"].data, dtype="<u4"))
-    vertices = np.zeros((70_000, 3))
-    theirs = meshcat.geometry.TriangularMeshGeometry(vertices, FACES).lower({})["data"]["index"]
-    ours = umsgpack.unpackb(packed(triangle_geometry(vertices, FACES)))["data"]["index"]
-    assert {**ours, "itemSize": 3} == theirs
-
-
-@pytest.mark.parametrize("kind", sorted(TYPED_ARRAY))
-def test_codes_are_those_the_viewer_unpacks(kind: str) -> None:
-    """The viewer's script names each code's array: `addExtUnpacker(23,[u,h(Float32Array)])`."""
-    script = viewer_file("dist/main.min.js")
-    array = f"{kind.capitalize()}Array"
-    found = re.findall(rf"addExtUnpacker\((\d+),\[?\w*,?\w+\({array}\)", script)
-    assert found == [str(TYPED_ARRAY[kind])]
-
-
-def test_three_js_reads_one_number_an_index() -> None:
-    """Whatever the item size: `data.index` goes to a buffer of item size 1."""
-    script = viewer_file("dist/main.min.js")
-    loader: Any = re.search(r"=(\w+)\.data\.index;if\(void 0!==\w+\)\{.{1,99}?\}", script)
-    assert re.search(r"setIndex\(new \w+\(\w+,1\)\)", loader[0])
 
 
 def test_a_trunk_without_a_shape_is_a_box_around_its_hips() -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from page_data import PageData
 from refusals import refused
 
 import hexapod_pin as hp
@@ -90,13 +91,9 @@ def test_margins_ask_for_contacts(motion: hp.Trace) -> None:
 
 
 def test_a_playback_without_contacts_has_no_arrows(motion: hp.Trace, tmp_path: Path) -> None:
-    text = hp.view.write_html(motion, tmp_path / "walk.html").read_text()
-    assert len(text) > 100_000  # bodies and their motion
-    from hexapod_pin.view.scene_graph import scene_commands
-
-    paths = [command.get("path", "") for command in scene_commands(motion)]
-    assert any("/robot/" in path for path in paths)
-    assert not any("/forces/" in path for path in paths)
+    page = PageData(hp.view.write_html(motion, tmp_path / "walk.html").read_text())
+    assert len(page.runs[0]["tree"]) == 19 and page.runs[0]["feet"] == []
+    assert set(page.runs[0]["channels"]) == {"time", "place", "turn", "angle", "speed"}
 
 
 def test_a_session_and_a_feedback_controller_record_what_they_are_told(scene: hp.Scene) -> None:

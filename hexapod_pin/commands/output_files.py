@@ -26,7 +26,7 @@ FIGURES = (".png", ".svg", ".pdf")
 PAGES = (".html", ".htm")
 """Endings of pages."""
 
-PAGE_BYTES = 500_000
+PAGE_BYTES = 300_000
 """No playback page is smaller: the viewer stands in each of them [bytes]."""
 
 LEAST_SHARE = 0.1

@@ -146,13 +146,21 @@ def view(
     package_path: Annotated[
         list[Path] | None, typer.Option(help="Folder of ROS packages with the robot's meshes.")
     ] = None,
+    motor: Annotated[
+        OptionalText, typer.Option(help="Hold torques against this motor of the catalogue.")
+    ] = None,
+    voltage: Annotated[
+        OptionalFloat, typer.Option(help="Of the battery, with --motor [V].")
+    ] = None,
 ) -> None:
-    """Show a trace in the browser (meshcat) until Ctrl-C."""
+    """Show a trace in the browser until Ctrl-C: the page that `walk` writes."""
     announce(f"reading {trace}")
+    from hexapod_pin.drive.catalog import load_catalog
     from hexapod_pin.results.trace_file import load_trace
     from hexapod_pin.view.html import view as show
 
     show(
         load_trace(trace), speed=speed, port=port, open_browser=not no_browser,
         package_path=package_path or (),
+        motor=None if motor is None else load_catalog().get(motor, voltage),
     )  # fmt: skip

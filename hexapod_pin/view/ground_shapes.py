@@ -1,8 +1,7 @@
-"""The ground is drawn as a mesh, in sizes that a view takes from its trace."""
+"""The ground is drawn from heights, in sizes that a view takes from its trace."""
 
 from __future__ import annotations
 
-import itertools
 import math
 import numbers
 from dataclasses import dataclass
@@ -22,18 +21,10 @@ from hexapod_pin.ground.terrain import (
 )
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.robot.rotations import trunk_yaw, yawed
-from hexapod_pin.view.meshcat_commands import (
-    GROUND_COLOR,
-    ROOT,
-    Command,
-    line_segments,
-    mesh_object,
-    triangle_mesh,
-)
-from hexapod_pin.view.robot_shapes import DrawnShape, box
+from hexapod_pin.view.sample_block import SampleBlock
 
-EDGE_COLOR = (0.42, 0.43, 0.42, 1.0)
-PATCH_COLOR = (0.2, 0.4, 0.8, 1.0)
+HEIGHT_DIGITS = 1e-4
+"""Resolution of the heights of a ground [m]."""
 
 
 MARGIN = 5.0  # ground around the path, reaches of the robot
@@ -57,52 +48,49 @@ def ground_rectangle(
     return low, high, spacing
 
 
-def ground_commands(
-    trace: Trace,
-    sizes: Sizes,
-    *,
-    root: str = ROOT,
-    margin: tuple[float, float] = (MARGIN, MARGIN),
-) -> list[Command]:
-    """Return the ground under the whole path: a slab with a grid if level, else its surface."""
-    low, high, spacing = ground_rectangle(trace, sizes, margin)
-    spacing *= math.ceil(float(np.max(high - low)) / spacing / 500)
-    terrain, above = terrain_of(trace), 2e-3 * sizes.reach
-    if terrain is None:
-        return _slab(low, high, spacing, sizes, root)
-    lines = {
-        "edges": (profile_edges(terrain, low, high, 0.5 * above), EDGE_COLOR),
-        "patches": (patch_outlines(terrain, above), PATCH_COLOR),
-    }
-    drawn = [
-        line_segments(f"{root}/ground/{k}", ends, c) for k, (ends, c) in lines.items() if len(ends)
-    ]
-    if is_level(terrain):
-        return [*_slab(low, high, spacing, sizes, root), *drawn]
-    vertices, triangles = ground_mesh(terrain, low, high)
-    return [triangle_mesh(f"{root}/ground/surface", vertices, triangles), *drawn]
+def ground_data(
+    trace: Trace, sizes: Sizes, block: SampleBlock, margin: tuple[float, float] = (MARGIN, MARGIN)
+) -> dict[str, Any]:
+    """Return the ground under the whole path as the page draws it.
 
+    A grid of heights over a rectangle, of which the indices of triangles follow, or corners and
+    triangles of a profile; lines along its edges and around patches; and how a shaken ground moves.
 
-def _slab(low: Array, high: Array, spacing: float, sizes: Sizes, root: str) -> list[Command]:
-    """Return a slab with its top at the ground, and a grid on it."""
-    centre, size, thick = 0.5 * (low + high), high - low, 0.1 * sizes.reach
-    position = np.array([*centre, sizes.ground - 0.5 * thick])
-    slab = DrawnShape(box([*size, thick]), np.eye(3), position, GROUND_COLOR)
-    z = sizes.ground + 1e-3 * sizes.reach
-    grid = _grid(low, high, spacing, z)
-    return [mesh_object(f"{root}/ground/slab", slab), line_segments(f"{root}/ground/grid", grid)]
-
-
-def _grid(low: Array, high: Array, spacing: float, z: float, *, pieces: int = 12) -> Array:
-    """Return the ends (2 K, 3) of grid lines over a rectangle [m].
-
-    Lines come in pieces: one that passes behind the camera may be dropped as a whole.
+    Args:
+        trace: what is drawn.
+        sizes: lengths that fit it.
+        block: takes the heights.
+        margin: around the path along x and y, in reaches of the robot.
     """
-    x, y = (np.arange(low[k], high[k] + 0.5 * spacing, spacing) for k in range(2))
-    cuts = [np.linspace(low[k], high[k], pieces + 1) for k in range(2)]
-    along_y = [((a, b, z), (a, c, z)) for a in x for b, c in itertools.pairwise(cuts[1])]
-    along_x = [((b, a, z), (c, a, z)) for a in y for b, c in itertools.pairwise(cuts[0])]
-    return np.array(along_y + along_x).reshape(-1, 3)
+    low, high, spacing = ground_rectangle(trace, sizes, margin)
+    terrain, above = terrain_of(trace), 2e-3 * sizes.reach
+    found: dict[str, Any] = {
+        "low": low.tolist(), "high": high.tolist(), "spacing": spacing, "level": is_level(terrain)
+    }  # fmt: skip
+    if terrain is None or is_level(terrain):
+        heights = np.full((2, 2), sizes.ground)
+    elif isinstance(terrain.surface(), Polyline):
+        vertices, triangles = ground_mesh(terrain, low, high)
+        found["mesh"] = (
+            block.add(vertices, 1e-5, order=1), block.add(triangles.ravel(), 1.0, order=1)
+        )  # fmt: skip
+        found["edges"] = _lines(profile_edges(terrain, low, high, above))
+        heights = None
+    else:
+        heights = ground_heights(terrain, low, high)
+    if heights is not None:
+        found["rows"], found["heights"] = len(heights), block.add(heights, HEIGHT_DIGITS)
+    if terrain is not None and len(outlines := patch_outlines(terrain, above)):
+        found["patches"] = _lines(outlines)
+    lift = shaking(terrain, trace.time)
+    if lift is not None:
+        found["lift"] = block.add(lift, 1e-5)
+    return found
+
+
+def _lines(ends: Array) -> list[float]:
+    rounded: list[float] = np.round(ends, 5).ravel().tolist()
+    return rounded
 
 
 # The ground as triangles, for whatever draws them: planes, profiles and height fields.
@@ -140,11 +128,18 @@ def ground_mesh(terrain: AnyTerrain, low: Array, high: Array) -> tuple[Array, np
     surface = terrain.surface()
     if isinstance(surface, Polyline):
         return _ribbon(surface, low, high)
+    heights = ground_heights(terrain, low, high)
+    x, y = (np.linspace(low[k], high[k], len(heights)) for k in range(2))
+    vertices = np.stack([*np.meshgrid(x, y), heights], axis=-1)
+    return vertices.reshape(-1, 3), _triangles(*heights.shape)
+
+
+def ground_heights(terrain: AnyTerrain, low: Array, high: Array) -> Array:
+    """Return heights (R, R) [m] over a rectangle: rows along y, columns along x, ends included."""
+    surface = terrain.surface()
     cells = 1 if isinstance(surface, Plane) else MAX_MESH_CELLS
     x, y = (np.linspace(low[k], high[k], cells + 1) for k in range(2))
-    grid_x, grid_y = np.meshgrid(x, y)
-    vertices = np.stack([grid_x, grid_y, surface.height_at(grid_x, grid_y)], axis=-1)
-    return vertices.reshape(-1, 3), _triangles(cells + 1, cells + 1)
+    return np.asarray(surface.height_at(*np.meshgrid(x, y)))
 
 
 def _ribbon(line: Polyline, low: Array, high: Array) -> tuple[Array, npt.NDArray[np.intp]]:

@@ -13,11 +13,8 @@ import numpy.typing as npt
 from hexapod_pin.arrays import Array
 from hexapod_pin.robot.reading.mesh_file import Mesh
 
-TRIANGLE_BYTES = 64
-"""Most that a triangle takes of an HTML file: three corners of its own in float32, three indices,
-base64."""
 MESH_BUDGET = 75_000
-"""Triangles of all meshes of a picture: at most 4.8 MB of an HTML file."""
+"""Triangles of all meshes of a page."""
 
 
 class MeshStore:

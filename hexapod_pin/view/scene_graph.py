@@ -1,13 +1,14 @@
-"""The scene graph of a playback holds robot, ground and force arrows over time.
+"""The scene of a playback: the robot's links as a tree with their shapes, ground, and loads.
 
-The output is meshcat's command language as plain data (dicts of numbers and text), the same for a
-file and for a live viewer. Lengths in metres, world axes, quaternions x y z w.
+Plain data for the page: lengths in metres, quaternions x y z w, meshes as arrays of a block.
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,218 +17,16 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ViewerError
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.robot.reading.resources import ResourceFinder
-from hexapod_pin.view.ground_shapes import (
-    Sizes,
-    eye_level,
-    ground_commands,
-    middle,
-    require_in,
-    shaking,
-    terrain_of,
-)
+from hexapod_pin.scene.loads import LostLeg, Payload, Push
 from hexapod_pin.view.mesh_store import MeshStore
-from hexapod_pin.view.meshcat_commands import DIGITS, ROOT, Command, mesh_object, set_property
-from hexapod_pin.view.robot_shapes import Y_TO_Z, DrawnShape, RobotShapes, cylinder
+from hexapod_pin.view.robot_shapes import DrawnShape, RobotShapes
+from hexapod_pin.view.sample_block import SampleBlock
 
-LOOP_REPETITIONS = 10**9  # repetitions of a looped animation
-PICTURE_RATES = (1e-3, 1e6, "1/s")  # of fps
-SPEEDS = (1e-6, 1e6, "[-]")
-SKY = ((0.80, 0.88, 0.95), (0.97, 0.98, 1.0))  # top, bottom
+MESH_DIGITS = 1e-5
+"""Resolution of meshes [m]; a robot of 10 m is drawn to this, too."""
 
-
-def scene_commands(
-    trace: Trace, *, force_scale: float | None = None, shapes: RobotShapes | None = None
-) -> list[Command]:
-    """Return the commands that set up the still picture.
-
-    Args:
-        trace: what to show.
-        force_scale: arrow length per force [m/N]; None fits it to the robot's weight.
-        shapes: of the robot, see `meshed_robot`; None draws it without meshes.
-
-    Raises:
-        ViewerError: the trace's URDF cannot be drawn.
-        ParameterError: `force_scale` is out of range.
-    """
-    sizes = Sizes.of(trace, force_scale)
-    r = sizes.reach
-    sky = backdrop((1.3 * r, -2.0 * r, 1.1 * r))  # seen from ahead, from the right and from above
-    return [*sky, *robot_commands(trace, sizes, shapes=shapes), *ground_commands(trace, sizes)]
-
-
-def backdrop(camera: tuple[float, float, float]) -> list[Command]:
-    """Return the sky, and a camera at a place [m] that looks at the origin."""
-    x, y, z = camera
-    return [
-        set_property("/Grid", "visible", False),
-        set_property("/Axes", "visible", False),
-        set_property("/Background", "top_color", list(SKY[0])),
-        set_property("/Background", "bottom_color", list(SKY[1])),
-        set_property("/Cameras/default/rotated/<object>", "position", [x, z, -y]),
-    ]
-
-
-def robot_commands(
-    trace: Trace, sizes: Sizes, *, root: str = ROOT, shapes: RobotShapes | None = None
-) -> list[Command]:
-    """Return the robot's links and the arrows of its forces, not yet in place."""
-    commands = []
-    for body, parts in (shapes or _robot(trace)).bodies.items():
-        for k, shape in enumerate(parts):
-            commands.append(mesh_object(f"{_body_path(root, body)}/{k}", shape))
-    for foot in trace.foot_names if "contacts" in trace.recorded else ():
-        commands += arrow(_arrow_path(root, foot), 0.02 * sizes.reach)
-    return commands
-
-
-def animation_command(
-    trace: Trace,
-    *,
-    fps: float = 30.0,
-    force_scale: float | None = None,
-    speed: float = 1.0,
-    loop: bool = True,
-) -> Command:
-    """Return the command that moves the picture; the camera follows the trunk horizontally.
-
-    Args:
-        trace: what to show.
-        fps: pictures per simulated second; the nearest samples are used, never more than there are.
-        force_scale: arrow length per force [m/N]; None fits it to the robot's weight.
-        speed: simulated time over wall-clock time.
-        loop: whether to start again at the end.
-
-    Raises:
-        ViewerError: a sample is not finite, or the trace's URDF cannot be drawn.
-        ParameterError: `fps`, `speed` or `force_scale` is out of range.
-    """
-    require_rates(fps, speed)
-    index = frame_samples(trace, fps)
-    times = np.round((trace.time[index] - trace.time[0]) / speed, DIGITS)
-    if len(index) == 1:
-        index, times = np.repeat(index, 2), np.array([0.0, 1.0 / fps])
-    clips = motion_clips(trace, index, times, Sizes.of(trace, force_scale))
-    return animation_of(clips, loop=loop)
-
-
-def require_rates(fps: float, speed: float = 1.0) -> None:
-    """Refuse rates of pictures and speeds that no picture is made for.
-
-    Raises:
-        ParameterError: names the number and its range.
-    """
-    require_in("fps", fps, PICTURE_RATES)
-    require_in("speed", speed, SPEEDS)
-
-
-def motion_clips(
-    trace: Trace,
-    index: npt.NDArray[np.intp],
-    times: Array,
-    sizes: Sizes,
-    *,
-    root: str = ROOT,
-    place: Array | None = None,
-) -> list[Command]:
-    """Return the motion of everything in a run, a clip per path.
-
-    Args:
-        trace: what moves.
-        index: samples to show. Shape (K,).
-        times: when [s]. Shape (K,).
-        sizes: lengths that fit the picture.
-        root: path of everything in the run.
-        place: of the run's world in the picture [m], shape (K, 3); None keeps the trunk at the
-            origin, but for its height.
-
-    Raises:
-        ViewerError: a sample is not finite, or the trace's URDF cannot be drawn.
-    """
-    require_finite(trace, index)
-    motion = _motion(trace, index, sizes, root)
-    motion[root] = {"position": -trunk_focus(trace, index) if place is None else place}
-    return [clip(path, times, tracks) for path, tracks in motion.items()]
-
-
-def trunk_focus(trace: Trace, index: npt.NDArray[np.intp]) -> Array:
-    """Return x and y of the robot's middle at some samples, and the eye's height (K, 3) [m]."""
-    return np.column_stack([middle(trace, index), np.full(len(index), eye_level(trace))])
-
-
-def animation_of(clips: list[Command], *, loop: bool = True) -> Command:
-    """Return the command that plays clips."""
-    options = {"play": True, "repetitions": LOOP_REPETITIONS if loop else 1}
-    return {"type": "set_animation", "path": "", "animations": clips, "options": options}
-
-
-def frame_samples(trace: Trace, fps: float) -> npt.NDArray[np.intp]:
-    """Return the indices of the samples nearest to the picture times, each once."""
-    time = trace.time
-    if len(time) == 1:
-        return np.zeros(1, dtype=np.intp)
-    # of the pictures that are nearest to a sample, one is its neighbour: others are not looked at
-    place = np.floor((time - time[0]) * fps)[:, None] + np.arange(-1.0, 3.0)
-    pictures = np.unique(np.clip(place, 0.0, np.ceil((time[-1] - time[0]) * fps - 0.5)))
-    return np.unique(nearest_samples(time, time[0] + pictures / fps))
-
-
-def nearest_samples(time: Array, moments: Array) -> npt.NDArray[np.intp]:
-    """Return the index of the sample nearest to each moment; the last one after the end."""
-    right = np.clip(np.searchsorted(time, moments), 1, max(len(time) - 1, 1))
-    left = right - 1
-    right = np.minimum(right, len(time) - 1)
-    return np.where(moments - time[left] <= time[right] - moments, left, right)
-
-
-def require_finite(trace: Trace, index: npt.NDArray[np.intp]) -> None:
-    """Refuse samples that a viewer cannot draw.
-
-    Raises:
-        ViewerError: names the first that is not finite.
-    """
-    drawn = ("q", "foot_position", "foot_force") if "contacts" in trace.recorded else ("q",)
-    for name in drawn:
-        values = getattr(trace, name)[index]
-        good = np.isfinite(values).reshape(len(index), -1).all(axis=1)
-        if not good.all():
-            sample = int(index[np.argmin(good)])
-            raise ViewerError(
-                f"{name} is not finite in sample {sample} (t = {trace.time[sample]:g} s); "
-                "it cannot be drawn."
-            )
-
-
-def _motion(
-    trace: Trace, index: npt.NDArray[np.intp], sizes: Sizes, root: str
-) -> dict[str, dict[str, Array]]:
-    """Return the tracks (K, 3 or 4) of everything that moves in a run's world, by path."""
-    q, motion = trace.q[index], {}
-    lift = shaking(terrain_of(trace), trace.time[index])
-    if lift is not None:
-        motion[f"{root}/ground"] = {"position": lift[:, None] * (0.0, 0.0, 1.0)}
-    for body, (position, attitude) in _robot(trace).poses(q, trace.joint_names).items():
-        motion[_body_path(root, body)] = {"position": position, "quaternion": attitude}
-    radii = trace.run.robot.radii(len(trace.foot_names))
-    for f, foot in enumerate(trace.foot_names if "contacts" in trace.recorded else ()):
-        contact = trace.foot_position[index, f] - radii[f] * trace.foot_normal[index, f]
-        pointing = arrow_tracks(trace.foot_force[index, f] * sizes.force_scale)
-        motion[_arrow_path(root, foot)] = {"position": contact, **pointing}
-    return motion
-
-
-def clip(path: str, times: Array, tracks: Mapping[str, Array]) -> Command:
-    """Return one object's animation; three.js takes times in seconds and values in a row."""
-    kinds = {"quaternion": "quaternion"}
-    rows = [
-        {
-            "name": f".{name}",
-            "type": kinds.get(name, "vector3"),
-            "times": times.tolist(),
-            "values": np.round(values, DIGITS).ravel().tolist(),
-        }
-        for name, values in tracks.items()
-    ]
-    return {"path": path, "clip": {"fps": 1, "name": "default", "tracks": rows}}
+DIGITS = 6
+"""Of lengths in the tree: micrometres."""
 
 
 def meshed_robot(
@@ -239,7 +38,7 @@ def meshed_robot(
 
     Args:
         trace: what is drawn.
-        store: takes the meshes; one for a picture.
+        store: takes the meshes; one for a page.
         package_path: folders that hold ROS packages, looked into first.
 
     Raises:
@@ -248,53 +47,179 @@ def meshed_robot(
     robot = trace.run.case.robot_file
     source = str(robot.get("source", ""))
     folders = (*package_path, *robot.get("options", {}).get("package_path", ()))
-    known = bool(source or folders)
-    return _robot(trace, ResourceFinder(source or "robot.urdf", folders) if known else None, store)
-
-
-def _robot(
-    trace: Trace, finder: ResourceFinder | None = None, store: MeshStore | None = None
-) -> RobotShapes:
-    """Return the shapes of the trace's robot; without a store, without meshes."""
+    finder = ResourceFinder(source or "robot.urdf", folders) if source or folders else None
     radii = trace.run.robot.radii(len(trace.foot_names))
     feet = dict(zip(trace.foot_names, (float(radius) for radius in radii), strict=True))
     return RobotShapes(trace.run.robot.urdf or "", feet, finder=finder, store=store)
 
 
-def _body_path(root: str, body: str) -> str:
-    return f"{root}/robot/{body.replace('/', '_')}"
+def require_finite(trace: Trace) -> None:
+    """Refuse samples that cannot be drawn.
+
+    Raises:
+        ViewerError: names the first that is not finite.
+    """
+    drawn = ("q", "foot_position", "foot_force") if "contacts" in trace.recorded else ("q",)
+    for name in drawn:
+        good = np.isfinite(getattr(trace, name)).reshape(len(trace.time), -1).all(axis=1)
+        if not good.all():
+            sample = int(np.argmin(good))
+            raise ViewerError(
+                f"{name} is not finite in sample {sample} (t = {trace.time[sample]:g} s); "
+                "it cannot be drawn."
+            )
 
 
-def _arrow_path(root: str, foot: str) -> str:
-    return f"{root}/forces/{foot.replace('/', '_')}"
+class DrawnMeshes:
+    """The meshes of a page, each array packed once."""
+
+    def __init__(self, block: SampleBlock) -> None:
+        """Pack into a block."""
+        self._block = block
+        self._places: dict[bytes, tuple[int, int]] = {}
+
+    def places(self, geometry: Mapping[str, Any]) -> tuple[int, int]:
+        """Return where corners and triangles of a mesh are in the block."""
+        data = geometry["data"]
+        corners, index = data["attributes"]["position"]["array"], data["index"]["array"]
+        key = corners.tobytes() + index.tobytes()
+        if key not in self._places:
+            self._places[key] = (
+                self._block.add(corners.reshape(-1, 3), MESH_DIGITS, order=1),
+                self._block.add(index, 1.0, order=1),
+            )
+        return self._places[key]
 
 
-# Arrows that show foot forces: their shape, and how they point and grow.
+def robot_tree(
+    shapes: RobotShapes, joint_names: Sequence[str], meshes: DrawnMeshes
+) -> list[dict[str, Any]]:
+    """Return the bodies, parents first: place on the parent, axis, index of the joint, and shapes.
 
-HIDDEN_ARROW_SCALE = 1e-6  # scale of an arrow without force; 0 would have no inverse
-LONGEST_ARROW = 1e6  # [m]; viewers compute in single precision
-ARROW_COLOR = (0.9, 0.15, 0.1, 0.9)
+    The joint's index is -1 for the trunk, -2 for a joint that the trace does not have.
+
+    Raises:
+        ViewerError: the URDF lacks a joint of the trace.
+    """
+    import pinocchio as pin
+
+    model, tree = shapes.model, []
+    for name in joint_names:
+        if not model.existJointName(name):
+            raise ViewerError(f"the trace's URDF has no joint {name!r} to draw.")
+    data, neutral = model.createData(), pin.neutral(model)
+    pin.computeJointJacobians(model, data, neutral)
+    order = {name: k for k, name in enumerate(joint_names)}
+    for joint, name in itertools.islice(enumerate(model.names), 1, None):
+        place = model.jointPlacements[joint]
+        entry: dict[str, Any] = {
+            "name": name,
+            "parent": int(model.parents[joint]) - 1,
+            "joint": -1 if joint == 1 else order.get(name, -2),
+            "place": _plain(place.translation),
+            "turn": _plain(pin.Quaternion(place.rotation).coeffs(), 9),
+            "shapes": [_drawn(shape, meshes) for shape in shapes.bodies[name]],
+        }
+        if joint > 1:
+            motion = np.asarray(data.joints[joint].S).ravel()
+            slides = np.linalg.norm(motion[3:]) < 0.5
+            entry["axis"] = _plain(motion[:3] if slides else motion[3:], 9)
+            entry["slides"] = bool(slides)
+        tree.append(entry)
+    return tree
 
 
-def arrow_tracks(vector: Array) -> dict[str, Array]:
-    """Return attitude and scale of a unit arrow along z that is to show `vector` (K, 3) [m]."""
-    length = np.minimum(np.linalg.norm(vector, axis=1), LONGEST_ARROW)
-    shown = length > 1e-4
-    unit = np.where(shown[:, None], vector, (0.0, 0.0, 1.0))
-    unit = unit / np.linalg.norm(unit, axis=1, keepdims=True)
-    turn = np.column_stack([-unit[:, 1], unit[:, 0], np.zeros(len(unit)), 1.0 + unit[:, 2]])
-    turn[unit[:, 2] < -1.0 + 1e-9] = (1.0, 0.0, 0.0, 0.0)
-    scale = np.where(shown[:, None], np.column_stack([shown, shown, length]), HIDDEN_ARROW_SCALE)
-    return {"quaternion": turn / np.linalg.norm(turn, axis=1, keepdims=True), "scale": scale}
+def _drawn(shape: DrawnShape, meshes: DrawnMeshes) -> dict[str, Any]:
+    import pinocchio as pin
+
+    geometry = dict(shape.geometry)
+    if geometry["type"] == "BufferGeometry":
+        geometry = {"type": "mesh", "arrays": meshes.places(geometry)}
+    return {
+        **geometry,
+        "place": _plain(shape.position),
+        "turn": _plain(pin.Quaternion(np.asarray(shape.rotation, dtype=float)).coeffs(), 9),
+        "color": rgb(shape.color),
+        "opacity": float(shape.color[3]),
+    }
 
 
-def arrow(path: str, width: float) -> list[Command]:
-    """Return an arrow of unit length along z that shows through the robot."""
-    shaft = DrawnShape(cylinder(width, 0.75), Y_TO_Z, np.array([0.0, 0.0, 0.375]), ARROW_COLOR)
-    point = cylinder(2.2 * width, 0.25, top_radius=0.0)
-    head = DrawnShape(point, Y_TO_Z, np.array([0.0, 0.0, 0.875]), ARROW_COLOR)
-    see_through = {"depthTest": False, "transparent": True}
-    return [
-        mesh_object(f"{path}/shaft", shaft, see_through),
-        mesh_object(f"{path}/head", head, see_through),
-    ]
+def feet_of(trace: Trace, shapes: RobotShapes) -> list[dict[str, Any]]:
+    """Return the contact points: name, radius, body, joints from the trunk outwards, label.
+
+    Feet have the joints of their leg; points of the trunk have none.
+    """
+    import pinocchio as pin
+
+    if "contacts" not in trace.recorded:
+        return []
+    model, found = shapes.model, []
+    order = {name: k for k, name in enumerate(trace.joint_names)}
+    radii = trace.run.robot.radii(len(trace.foot_names))
+    for foot, radius in zip(trace.foot_names, radii, strict=True):
+        joint, chain = 1, list[int]()
+        if model.existFrame(foot, pin.FrameType.BODY):
+            joint = model.frames[model.getFrameId(foot, pin.FrameType.BODY)].parentJoint
+        body = max(int(joint), 1)
+        while joint > 1:
+            chain.insert(0, order.get(model.names[joint], -1))
+            joint = model.parents[joint]
+        chain = [k for k in chain if k >= 0]
+        found.append({"name": foot, "radius": float(radius), "body": body - 1, "joints": chain})
+    legs = [one for one in found if one["joints"]]
+    for one, label in zip(legs, short_names([one["name"] for one in legs]), strict=True):
+        one["label"] = label
+    return found
+
+
+def short_names(names: Sequence[str]) -> list[str]:
+    """Return names without the words that all of them share: lf_foot, rr_foot -> lf, rr."""
+    words = [name.replace("-", "_").split("_") for name in names]
+    shared = set.intersection(*map(set, words)) if len(words) > 1 else set()
+    short = ["_".join(word for word in one if word not in shared) for one in words]
+    return short if all(short) and len(set(short)) == len(short) else list(names)
+
+
+def loads_of(trace: Trace, shapes: RobotShapes) -> list[dict[str, Any]]:
+    """Return payloads, pushes and lost legs, with the body that carries them and the point on it.
+
+    Pushes have their force [N] and torque [N m] in world axes, and their times [s].
+    """
+    scene, found = trace.run.scene, []
+    for load in () if scene is None else scene.loads:
+        if isinstance(load, LostLeg):
+            found.append({"kind": "lost", "leg": load.leg, "start": load.start})
+            continue
+        if not isinstance(load, Payload | Push):
+            continue
+        body, point = _on_body(shapes, load.link, load.position)
+        entry = {"kind": load.kind, "link": load.link, "body": body, "point": _plain(point)}
+        if isinstance(load, Payload):
+            found.append({**entry, "mass": load.mass})
+        else:
+            times = {"start": load.start, "end": load.end}
+            found.append({**entry, **times, "force": load.force, "torque": load.torque})
+    return found
+
+
+def _on_body(shapes: RobotShapes, link: str, position: Sequence[float]) -> tuple[int, Array]:
+    """Return the body that carries a link, and a point of the link in the body's frame [m]."""
+    import pinocchio as pin
+
+    model = shapes.model
+    if not model.existFrame(link, pin.FrameType.BODY):
+        return 0, np.asarray(position, dtype=float)
+    frame = model.frames[model.getFrameId(link, pin.FrameType.BODY)]
+    return max(int(frame.parentJoint), 1) - 1, np.asarray(frame.placement.act(np.array(position)))
+
+
+def _plain(values: npt.ArrayLike, digits: int = DIGITS) -> list[float]:
+    """Return rounded numbers, without -0."""
+    plain: list[float] = (np.round(np.asarray(values, dtype=float), digits) + 0.0).tolist()
+    return plain
+
+
+def rgb(color: Sequence[float]) -> int:
+    """Return 0xRRGGBB of red, green, blue from 0 to 1."""
+    red, green, blue = (round(255 * min(max(part, 0.0), 1.0)) for part in color[:3])
+    return (red << 16) + (green << 8) + blue

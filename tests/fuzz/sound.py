@@ -396,7 +396,6 @@ BY_NAME: Mapping[str, Any] = {
     "quantity": "torque_peak",
     "uncertainty.values": lambda: {"torque_peak": np.arange(8.0)},
     "cost": "cost_of_transport",
-    "fps": 10.0,
     "polygons": 1,
     "postures": 2,
     "seed": 1,

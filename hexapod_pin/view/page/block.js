@@ -1,0 +1,55 @@
+// The page's data: inflated, and samples unpacked into typed arrays that scene and plots share.
+
+const $ = (id) => document.getElementById(id);
+
+if (typeof DecompressionStream === "undefined") {
+  throw new Error("the browser is too old: it cannot inflate data (Chrome 103, Firefox 113 or Safari 16.4 can)");
+}
+
+async function inflated(id) {
+  const packed = Uint8Array.from(atob($(id).textContent), (c) => c.charCodeAt(0));
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+const began = performance.now();
+const [viewerCode, plainData, packedSamples] =
+  await Promise.all(["viewer", "data", "block"].map(inflated));
+const D = JSON.parse(new TextDecoder().decode(plainData));
+const inflatedAt = performance.now();
+
+// Differences of whole numbers, their bytes of equal weight together, their signs in the lowest bit.
+function unpackedArrays(bytes, table) {
+  const found = [];
+  let at = 0;
+  for (const {n, columns, wide, order, resolution, missing} of table) {
+    const count = n * columns, rows = [];
+    for (let c = 0; c < columns; c++) {
+      const row = new Float64Array(n);
+      let value = 0, change = 0;
+      for (let i = 0, k = at + c * n; i < n; i++, k++) {
+        let z = bytes[k];
+        if (wide > 1) z += bytes[k + count] * 256;
+        if (wide > 2) z += bytes[k + 2 * count] * 65536 + bytes[k + 3 * count] * 16777216;
+        const whole = z % 2 ? -(z + 1) / 2 : z / 2;
+        if (order === 2) change += whole; else change = whole;
+        value += change;
+        row[i] = value === missing ? NaN : value * resolution;
+      }
+      rows.push(row);
+    }
+    found.push(rows);
+    at += count * wide;
+  }
+  return found;
+}
+
+const arrays = unpackedArrays(packedSamples, D.table);
+const unpackedAt = performance.now();
+
+{
+  const element = document.createElement("script");
+  element.textContent = new TextDecoder().decode(viewerCode);
+  document.head.append(element);
+}
+const viewerAt = performance.now();

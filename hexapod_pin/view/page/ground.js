@@ -1,0 +1,137 @@
+// The viewer, and the ground: one surface of heights or a profile, with a grid and contours on it.
+
+const THREE = MeshCat.THREE;
+const view = $("view"), viewSize = {x: 1, y: 1}, viewer = new MeshCat.Viewer(view, false);
+viewer.gui.domElement.style.display = "none";
+viewer.set_dirty = () => { dirty = true; };
+viewer.set_3d_pane_size = () => {
+  const width = view.clientWidth, height = view.clientHeight;
+  if (!width || !height) return;
+  Object.assign(viewer.camera, {aspect: width / height, fov: 40});
+  viewer.camera.updateProjectionMatrix();
+  viewer.renderer.setSize(width, height);
+  Object.assign(viewSize, {x: width, y: height});
+  dirty = true;
+};
+for (const name of ["Grid", "Axes"]) viewer.set_property([name], "visible", false);
+const world = viewer.scene_tree.find(["playback"]).object;
+
+// A line at every multiple of a step, one pixel wide, faded where lines would merge.
+const LINES = `
+varying vec3 vPlace; varying vec3 vSlope;
+uniform float uStep; uniform float uContour; uniform vec3 uInk; uniform float uStrength;
+float lineOf(float v, float s) {
+  float x = v / s, d = max(fwidth(x), 1e-6);
+  return (1.0 - min(abs(fract(x - 0.5) - 0.5) / d, 1.0)) * clamp(1.4 - 2.8 * d, 0.0, 1.0);
+}
+`;
+const DRAWN = `
+#include <color_fragment>
+{
+  float fine = max(lineOf(vPlace.x, uStep), lineOf(vPlace.y, uStep));
+  float bold = max(lineOf(vPlace.x, 5.0 * uStep), lineOf(vPlace.y, 5.0 * uStep));
+  float ink = max(0.45 * fine, 0.9 * bold);
+  if (uContour > 0.0) ink = max(ink, 0.8 * lineOf(vPlace.z, uContour) * step(abs(vSlope.z), 0.99999));
+  diffuseColor.rgb = mix(diffuseColor.rgb, uInk, uStrength * ink);
+}
+`;
+function groundMaterial(data) {
+  const material = new THREE.MeshPhongMaterial({color: 0xdbded9, side: 2, shininess: 2, flatShading: !!data.mesh});
+  material.extensions = {derivatives: true};
+  material.userData = {uStep: {value: data.spacing}, uContour: {value: 0}, uInk: {value: new THREE.Color(0x6d7a80)}, uStrength: {value: 0.75}};
+  material.onBeforeCompile = (shader) => {
+    Object.assign(shader.uniforms, material.userData);
+    shader.vertexShader = `varying vec3 vPlace; varying vec3 vSlope;\n${shader.vertexShader}`.replace(
+      "#include <begin_vertex>", "#include <begin_vertex>\nvPlace = position; vSlope = normal;");
+    shader.fragmentShader = (LINES + shader.fragmentShader).replace("#include <color_fragment>", DRAWN);
+  };
+  return material;
+}
+
+function groundGeometry(data) {
+  const geometry = new THREE.BufferGeometry();
+  let corners, index;
+  if (data.mesh) {
+    const [x, y, z] = arrays[data.mesh[0]];
+    corners = new Float32Array(3 * x.length);
+    x.forEach((_, k) => corners.set([x[k], y[k], z[k]], 3 * k));
+    index = Array.from(arrays[data.mesh[1]][0]);
+  } else {
+    const n = data.rows, columns = arrays[data.heights];
+    corners = new Float32Array(3 * n * n);
+    index = [];
+    const along = (axis, k) => data.low[axis] + (k / (n - 1)) * (data.high[axis] - data.low[axis]);
+    for (let r = 0; r < n; r++) {
+      for (let c = 0; c < n; c++) {
+        const k = r * n + c;
+        corners.set([along(0, c), along(1, r), columns[c][r]], 3 * k);
+        if (r < n - 1 && c < n - 1) index.push(k, k + 1, k + n + 1, k, k + n + 1, k + n);
+      }
+    }
+  }
+  geometry.setAttribute("position", new THREE.BufferAttribute(corners, 3));
+  geometry.setIndex(index);
+  geometry.computeVertexNormals();
+  geometry.computeBoundingBox();
+  return geometry;
+}
+
+function segments(ends, color) {
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(ends), 3));
+  return new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({color}));
+}
+
+function groundOf(run) {
+  const data = run.data.ground, group = new THREE.Group();
+  const surface = new THREE.Mesh(groundGeometry(data), groundMaterial(data));
+  surface.receiveShadow = true;
+  const {min, max} = surface.geometry.boundingBox;
+  surface.userData.contour = data.level ? 0 : niceStep((max.z - min.z) / 12);
+  group.add(surface);
+  if (data.edges) group.add(segments(data.edges, 0x3f4a52));
+  if (data.patches) group.add(segments(data.patches, 0x3366cc));
+  return {group, surface};
+}
+
+// 1, 2 or 5 times a power of ten, at least a value.
+function niceStep(value) {
+  if (!(value > 0)) return 0;
+  const power = 10 ** Math.floor(Math.log10(value));
+  return power * [1, 2, 5, 10].find((m) => m * power >= value * (1 - 1e-9));
+}
+
+// Light from all sides, and one that throws a shadow and follows the robot.
+viewer.set_property(["Lights"], "visible", false);
+world.add(new THREE.HemisphereLight(0xffffff, 0xb4babf, 0.74));
+const sun = new THREE.DirectionalLight(0xffffff, 0.46);
+sun.castShadow = true;
+sun.shadow.mapSize.set(1024, 1024);
+{
+  const reach = 2.2 * Math.max(...runs.map((run) => run.data.reach));
+  Object.assign(sun.shadow.camera, {left: -reach, right: reach, top: reach, bottom: -reach, near: 0.05 * reach, far: 8 * reach});
+  Object.assign(sun.shadow, {bias: -0.0015, radius: 4});
+  sun.userData.offset = new THREE.Vector3(0.9, -1.2, 2.9).multiplyScalar(reach);
+}
+world.add(sun, sun.target);
+
+const COLORS = {
+  light: {top: [0.80, 0.88, 0.95], bottom: [0.97, 0.98, 1], fog: 0xeef3f8, ground: 0xdbded9, ink: 0x6d7a80, edge: 0x1d2530},
+  dark: {top: [0.08, 0.10, 0.12], bottom: [0.15, 0.17, 0.20], fog: 0x22272d, ground: 0x39424c, ink: 0x151a1f, edge: 0x0b0e11},
+};
+const isDark = () => document.documentElement.classList.contains("dark");
+const theme = () => COLORS[isDark() ? "dark" : "light"];
+
+function colorScene() {
+  const colors = theme(), reach = R.data.reach;
+  viewer.set_property(["Background"], "top_color", colors.top);
+  viewer.set_property(["Background"], "bottom_color", colors.bottom);
+  viewer.scene.fog = new THREE.Fog(colors.fog, 5 * reach, 14 * reach);
+  for (const actor of actors) {
+    const material = actor.ground.surface.material;
+    material.color.setHex(colors.ground);
+    material.userData.uInk.value.setHex(colors.ink);
+    material.fog = true;
+  }
+  dirty = true;
+}

@@ -1,0 +1,194 @@
+// Header, controls, layers, legend, card, and the table of worst instants.
+
+function element(name, attributes = {}, ...content) {
+  const made = document.createElement(name);
+  for (const [key, value] of Object.entries(attributes)) {
+    if (key in made && typeof value !== "string") made[key] = value; else made.setAttribute(key, value);
+  }
+  made.append(...content);
+  return made;
+}
+
+const UNITS = {"m": [1e3, "mm", 1], "rad": [DEGREES, "deg", 2], "1": [100, "%", 0], "N m": [1, "N m", 3], "N": [1, "N", 1],
+  "rad/s": [1, "rad/s", 2], "W": [1, "W", 2]};
+
+function shownNumber(value, unit, error) {
+  const [factor, name, digits] = UNITS[unit];
+  if (value === null || !Number.isFinite(value)) return "none";
+  const band = error ? ` \u00B1 ${(factor * error).toFixed(digits)}` : "";
+  return `${(factor * value).toFixed(digits)}${band} ${name}`;
+}
+
+function makeHeader() {
+  const data = R.data, facts = Object.fromEntries(data.facts);
+  const mark = data.good === null ? "" : data.good ? "good" : "bad";
+  const verdict = element("span", {class: `verdict ${mark}`, role: "status"}, (mark === "bad" ? "\u26A0 " : "") + data.verdict);
+  const names = runs.length > 1 ? runs.map((run) => run.data.name).join(" / ") : data.name;
+  $("header").append(element("b", {}, names), verdict, element("span", {class: "gap"}));
+  if (facts.gait) $("header").append(element("span", {class: "soft wide"}, facts.gait));
+  if (D.command) {
+    const copy = element("button", {class: "middle", title: `copy the command that made this: ${D.command}`}, "copy ", element("code", {class: "wide"}, D.command));
+    copy.onclick = () => copied(D.command, copy);
+    $("header").append(copy);
+  }
+  const list = element("dl");
+  for (const run of runs) {
+    if (runs.length > 1) list.append(element("dt", {}, "run"), element("dd", {}, element("b", {}, run.data.name), ` ${run.data.verdict}`));
+    for (const [name, text] of run.data.facts) list.append(element("dt", {}, name), element("dd", {}, text));
+  }
+  list.append(element("dt", {}, "made"), element("dd", {}, D.date));
+  if (D.command) list.append(element("dt", {}, "command"), element("dd", {}, element("code", {}, D.command)));
+  const assumed = [...new Set(runs.flatMap((run) => run.data.assumed))];
+  const more = element("div", {}, list);
+  for (const [title, texts] of [[`${assumed.length} assumed`, assumed], ["drawing", D.notes]]) {
+    if (texts.length) more.append(element("p", {}, title), element("ul", {}, ...texts.map((text) => element("li", {}, text))));
+  }
+  $("header").append(element("details", {id: "about"}, element("summary", {class: "soft"}, `run, ${assumed.length} assumed`), more));
+  const dark = element("button", {"aria-label": "light or dark", title: "light or dark"}, "\u25D0");
+  dark.onclick = () => { document.documentElement.classList.toggle("dark"); recolor(); };
+  $("header").append(dark);
+}
+
+function copied(text, button) {
+  const done = () => { button.firstChild.textContent = "copied "; setTimeout(() => { button.firstChild.textContent = "copy "; }, 1500); };
+  const byHand = () => {
+    const area = element("textarea", {}, text);
+    document.body.append(area);
+    area.select();
+    document.execCommand("copy");
+    area.remove();
+    done();
+  };
+  if (navigator.clipboard) navigator.clipboard.writeText(text).then(done, byHand); else byHand();
+}
+
+function makeControls() {
+  const button = (label, text, action) => {
+    const made = element("button", {"aria-label": label, title: label}, text);
+    made.onclick = action;
+    return made;
+  };
+  const rate = element("select", {id: "rate", "aria-label": "speed"});
+  for (const speed of [...new Set([...SPEEDS, S.rate])].sort((a, b) => a - b)) rate.add(new Option(`${speed}\u00D7`, speed, false, speed === S.rate));
+  rate.onchange = () => setRate(+rate.value);
+  $("controls").append(
+    Object.assign(button("play or pause (space)", "", () => play(!S.playing)), {id: "play"}),
+    button("one sample back (left)", "\u2212\u200A1", () => stepBy(-1)), button("one sample on (right)", "+\u200A1", () => stepBy(1)),
+    rate, element("output", {id: "now"}));
+}
+
+function setRate(rate) {
+  S.rate = rate;
+  const list = $("rate");
+  for (const option of list.options) if (+option.value === rate) list.value = option.value;
+}
+
+function showPlaying() {
+  if ($("play")) $("play").textContent = S.playing ? "\u275A\u275A" : "\u25B6";
+}
+
+const LAYERS = {
+  use: "colour by use of torque", forces: "foot forces", cones: "friction cones", support: "support and margin", mass: "centre of mass, trace",
+  paths: "paths of feet", feet: "footholds", slip: "where feet slide", names: "names, direction", loads: "payload and pushes",
+  edges: "edges", contour: "contours", shadow: "shadow", apart: "side by side",
+};
+function makeLayers() {
+  for (const name of Object.keys(CAMERAS)) {
+    const button = element("button", {}, name);
+    button.onclick = () => camera(name);
+    $("cameras").append(button);
+  }
+  const present = {use: R.limited, forces: R.force, cones: R.mu, support: R.com && R.force, mass: R.com, paths: R.force, feet: R.force,
+    slip: R.grip, loads: R.data.loads.length, contour: !R.data.ground.level, apart: runs.length > 1};
+  for (const [name, text] of Object.entries(LAYERS)) {
+    if (name in present && !present[name]) continue;
+    const box = element("input", {type: "checkbox", checked: S.layers[name]});
+    box.onchange = () => {
+      S.layers[name] = box.checked;
+      if (name === "apart") { placeLanes(); camera(S.camera); }
+      if (name === "use") showLegend();
+      dirty = true;
+    };
+    $("layers").lastElementChild.append(element("label", {}, box, text));
+  }
+  if (matchMedia("(max-width: 760px)").matches) $("layers").open = false;
+}
+
+function showLegend() {
+  const legend = $("legend");
+  legend.textContent = "";
+  legend.hidden = !(S.layers.use && R.limited);
+  const scale = element("i");
+  scale.style.background = heatCss();
+  legend.append("use of torque", element("p", {class: "soft", style: "margin:0"}, R.data.limits.name), scale,
+    element("div", {}, ...[0, 50, 100].map((percent) => element("span", {style: `left:${percent / 1.3}%`}, `${percent}`)), "%"));
+}
+
+function makeTable() {
+  const {box} = panel("Worst instants", true), table = element("table", {id: "worst"});
+  box.querySelector("small").textContent = "a click on the time stands the robot there";
+  const shares = worst.some((row) => row.use !== undefined);
+  if (runs.length > 1) {
+    table.append(element("tr", {}, ...["", "", "", R.data.name, ...(shares ? ["of limit"] : []),
+      ...runs.slice(1).map((run) => run.data.name), ...runs.slice(1).map(() => "change"), ""].map((text) => element("th", {}, text))));
+  }
+  worst.forEach((row, k) => {
+    const leg = row.joint !== undefined ? legName(row.joint) : row.foot !== undefined ? R.data.feet[row.foot].label ?? R.data.feet[row.foot].name : "";
+    const same = runs.slice(1).map((run) => run.data.worst.find((other) => other.key === row.key));
+    const change = same.map((other) => (other?.value && row.value ? `${(100 * (other.value / row.value - 1)).toFixed(1).replace("-", "\u2212")} %` : ""));
+    const button = element("button", {title: `stand at ${row.what}`}, `${row.time.toFixed(3)} s`);
+    button.onclick = () => jump(k);
+    table.append(element("tr", {}, ...[`${k + 1}`, row.what, leg, shownNumber(row.value, row.unit, row.error),
+      ...(shares ? [row.use === undefined ? "" : shownNumber(row.use, "1")] : []), ...same.map((other) => (other ? shownNumber(other.value, other.unit, other.error) : "")), ...change, button].map((cell) => element("td", {}, cell))));
+  });
+  box.append(element("div", {class: "scroll"}, table));
+}
+
+// The numbers of what is selected, at the sample shown.
+function valuesNow() {
+  const i = now(), j = S.joint, found = {time: S.time, sample: i, sampleTime: R.time[i], place: R.place.map((row) => row[i]),
+    roll: R.roll[i], pitch: R.pitch[i], height: R.place[2][i]};
+  if (R.data.joints.length) Object.assign(found, {joint: R.data.joints[j], angle: R.angle[j][i], speed: R.speed[j][i]});
+  if (R.torque && R.data.joints.length) Object.assign(found, {torque: R.torque[j][i], limit: R.limit[j][i], use: R.use[j][i], power: R.power[j][i]});
+  if (R.force) Object.assign(found, {press: R.press.map((row) => row[i]), shear: R.shear.map((row) => row[i]), down: R.down.map((row) => row[i] > 0)});
+  if (R.grip) found.grip = R.grip.map((row) => row[i]);
+  if (R.margin) found.margin = R.margin[i];
+  return found;
+}
+
+const cardLines = [];
+let markedRow = null;
+function showCard() {
+  const v = valuesNow(), lines = [];
+  if (v.joint) {
+    lines.push([shortJoint(S.joint), ""]);
+    if (v.torque !== undefined) {
+      lines.push(["torque", `${v.torque.toFixed(3)} N m`]);
+      if (Number.isFinite(v.limit)) lines.push([R.data.limits.slope[S.joint] ? "line now" : "limit", `\u00B1${v.limit.toFixed(3)} N m`], ["use", `${(100 * v.use).toFixed(1)} %`]);
+    }
+    lines.push(["speed", `${v.speed.toFixed(3)} rad/s`], ["angle", `${(DEGREES * v.angle).toFixed(2)}\u00B0`]);
+  }
+  const row = S.peak === null ? null : worst[S.peak];
+  if (row) {
+    const between = Math.abs(row.time - v.sampleTime) > 1e-6;
+    lines.push([`worst ${row.what}`, shownNumber(row.value, row.unit, row.error)]);
+    if (between) lines.push(["between samples", `${row.time.toFixed(4)} s`]);
+  }
+  const card = $("card");
+  card.hidden = !lines.length;
+  lines.forEach(([name, text], k) => {
+    cardLines[k] ??= card.appendChild(element("span", k ? (k === 1 || k === 3 ? {class: "first"} : {}) : {class: "first"}, element(k ? "em" : "b"), element("output")));
+    const [label, value] = cardLines[k].children;
+    if (label.textContent !== name) label.textContent = name;
+    if (value.textContent !== text) value.textContent = text;
+  });
+  cardLines.forEach((line, k) => {
+    const display = k < lines.length ? "" : "none";
+    if (line.style.display !== display) line.style.display = display;
+  });
+  if (S.peak === markedRow) return;
+  const rows = $("worst").rows, shift = runs.length > 1 ? 1 : 0;
+  if (markedRow !== null) rows[markedRow + shift].classList.remove("here");
+  if (S.peak !== null) rows[S.peak + shift].classList.add("here");
+  markedRow = S.peak;
+}

@@ -1,0 +1,107 @@
+// One loop draws everything that changed.
+
+if (matchMedia("(prefers-color-scheme: dark)").matches) document.documentElement.classList.add("dark");
+readLink();
+makeHeader();
+makeTable();
+makePanels();
+makeControls();
+makeLayers();
+showLegend();
+const overlays = actors.map((actor) => new Overlays(actor));
+
+function recolor() {
+  readInks();
+  colorScene();
+  for (const overlay of overlays) {
+    overlay.swings.forEach((path, k) => path.material.color.set(legColor(k)));
+    overlay.holds.material.color.setHex(isDark() ? 0xb7c1cc : 0x2f3a45);
+  }
+  stale();
+}
+
+const stat = {pictures: 0, scene: 0, graphics: 0, plots: 0,
+  load: {inflate: inflatedAt - began, unpack: unpackedAt - inflatedAt, viewer: viewerAt - unpackedAt}};
+let lastTime = performance.now();
+
+// Everything of a picture but the rasteriser's part: what the scene's objects are, and what is read.
+function arrange() {
+  const i = now();
+  actors.forEach((actor, k) => {
+    const time = timeOf(actor.run), before = sampleBefore(actor.run, time), next = Math.min(actor.run.N - 1, before + 1);
+    const gap = actor.run.time[next] - actor.run.time[before];
+    actor.pose(before, gap > 0 ? (time - actor.run.time[before]) / gap : 0);
+    const at = now(actor.run);
+    actor.paint(at);
+    overlays[k].draw(at);
+  });
+  followRobot(i);
+  const [x, y] = focusOf(R, i);
+  sun.target.position.set(x, y, 0);
+  sun.position.copy(sun.target.position).add(sun.userData.offset);
+  sun.castShadow = S.layers.shadow;
+}
+
+function readOut() {
+  world.updateWorldMatrix(true, true);
+  viewer.camera.updateMatrixWorld();
+  actors.forEach((actor, k) => overlays[k].label(now(actor.run)));
+  if (bar.stale) bar.draw();
+  bar.cursor();
+  for (const plot of plots) {
+    if (plot.stale) plot.draw();
+    plot.cursor();
+  }
+  $("now").textContent = `${S.time.toFixed(3)} s`;
+  showCard();
+}
+
+function picture() {
+  const a = performance.now();
+  arrange();
+  const b = performance.now();
+  viewer.renderer.render(viewer.scene, viewer.camera);
+  const c = performance.now();
+  readOut();
+  const d = performance.now();
+  stat.pictures++;
+  stat.scene += b - a;
+  stat.graphics += c - b;
+  stat.plots += d - c;
+}
+
+function loop(at) {
+  if (S.playing) {
+    S.time += (Math.min(100, at - lastTime) / 1e3) * S.rate;
+    S.peak = null;
+    if (S.time > END) {
+      if (D.loop) S.time = start; else { S.time = END; play(false); }
+    }
+    dirty = true;
+  }
+  lastTime = at;
+  if (dirty) {
+    dirty = false;
+    picture();
+  }
+  requestAnimationFrame(loop);
+}
+
+addEventListener("keydown", onKey);
+addEventListener("hashchange", () => { readLink(); stale(); showPlaying(); });
+new ResizeObserver(() => { viewer.set_3d_pane_size(); stale(); }).observe(document.body);
+new ResizeObserver(() => { viewer.set_3d_pane_size(); stale(); }).observe(view);
+viewer.controls.addEventListener("change", () => { dirty = true; });
+viewer.set_3d_pane_size();
+recolor();
+placeLanes();
+camera(S.camera);
+showPlaying();
+
+// What a test or a program in the page may read and do.
+window.playback = {
+  state: S, data: D, runs, worst, stat, plots, seek, play, select, zoom, jump, camera, setRate, values: valuesNow, viewer, actors,
+  overlays, slip: () => slipOf(R), draw: () => { arrange(); readOut(); }, start, end: END,
+};
+stat.ready = performance.now();
+requestAnimationFrame((at) => { lastTime = at; requestAnimationFrame(loop); });

@@ -1,0 +1,278 @@
+"""The playback in a browser: what it shows, and what keys, clicks, drags and links do.
+
+Where neither Chromium nor Playwright is installed, only the size is tested.
+"""
+
+from __future__ import annotations
+
+import html
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from page_data import PageData
+
+import hexapod_pin as hp
+from hexapod_pin.drive.catalog import load_catalog
+from hexapod_pin.results.trace import Trace
+from hexapod_pin.view.html import page_text
+
+OPTIONS = (
+    "--no-sandbox", "--disable-gpu", "--use-gl=angle", "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader", "--disable-quic", "--no-first-run", "--disable-sync",
+    "--disable-background-networking", "--disable-component-update",
+)  # fmt: skip
+"""Of Chromium without a display or a graphics card, with no traffic of its own."""
+
+
+@pytest.fixture(scope="module")
+def trace() -> Trace:
+    """Ten seconds of the robot of S2 from rest, pushed and losing a leg's drives at the end."""
+    robot = hp.load_robot("kharagpur")
+    loads = (
+        hp.Payload("base_link", 0.3, (0.0, 0.0, 0.06)),
+        hp.Push("base_link", force=(0.0, 6.0, 0.0), start=8.0, duration=0.2),
+        hp.LostLeg("rf", 9.5),
+    )
+    gait = hp.Gait.tetrapod(stroke=0.14, cycle_time=2.4)
+    return hp.simulate(hp.Scene(robot, loads=loads), hp.KinematicControl(gait), duration=10.0)
+
+
+@pytest.fixture(scope="module")
+def text(trace: Trace) -> str:
+    """Its page, torques held against a motor."""
+    motor = load_catalog().get("AX-12A")
+    return page_text({"": trace}, motor=motor, command="hexapod-pin walk kharagpur")
+
+
+def test_ten_seconds_take_at_most_700_kilobytes(text: str, trace: Trace) -> None:
+    """Every sample, 2 ms apart, at a tenth of the run's error or finer."""
+    assert len(text.encode()) <= 700_000
+    data = PageData(text)
+    assert len(data.channel("time")) == len(trace.time) == 5001
+    assert trace.error is not None and trace.error.torque is not None
+    assert data.resolution("torque") <= max(0.1 * trace.error.torque[-1], 1e-5)
+    bound = 0.501 * data.resolution("torque")
+    np.testing.assert_allclose(data.channel("torque"), trace.torque, atol=bound, rtol=0.0)
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    """One browser for all tests."""
+    driver = pytest.importorskip("playwright.sync_api")
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
+    if chromium is None:
+        pytest.skip("no chromium is installed")
+    with driver.sync_playwright() as playwright:
+        opened = playwright.chromium.launch(executable_path=chromium, args=list(OPTIONS))
+        yield opened
+        opened.close()
+
+
+def opened(browser: Any, path: Path, link: str = "", size: tuple[int, int] = (1024, 640)) -> Any:
+    """Return a page that shows a file, still, with the addresses that it asked for."""
+    page = browser.new_page(viewport={"width": size[0], "height": size[1]})
+    page.asked, page.faults = [], []
+    page.on("request", lambda request: page.asked.append(request.url))
+    page.on("pageerror", lambda error: page.faults.append(str(error)))
+    page.goto(f"file://{path}{link}")
+    page.wait_for_function("window.playback || window.playbackError", timeout=60_000)
+    page.evaluate("window.playback.play(false)")
+    return page
+
+
+@pytest.fixture(scope="module")
+def page(browser: Any, text: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    """The page, opened by a link."""
+    path = tmp_path_factory.mktemp("page") / "walk.html"
+    path.write_text(text)
+    found = opened(browser, path, "#t=5.554&joint=rr_femur")
+    yield found
+    assert not found.faults
+    assert [url for url in found.asked if not url.startswith(("file:", "data:", "blob:"))] == []
+    found.close()
+
+
+def settled(page: Any) -> Any:
+    """Return the state once everything but the rasteriser's part is drawn."""
+    page.evaluate("playback.draw()")
+    return page.evaluate("playback.state")
+
+
+def test_a_link_opens_at_its_time_and_joint(page: Any, trace: Trace) -> None:
+    state = settled(page)
+    assert state["time"] == pytest.approx(5.554) and not state["playing"]
+    assert trace.joint_names[state["joint"]] == "rr_femur_joint"
+    assert page.locator("#now").inner_text() == "5.554 s"
+
+
+def test_values_shown_are_those_of_the_trace(page: Any, trace: Trace) -> None:
+    """Of samples in any order, within half of the resolution; the limit by the motor's line."""
+    motor = load_catalog().get("AX-12A")
+    budget = hp.motor_budget(trace, motor)
+    for k in (0, 2777, 4999, 1):
+        page.evaluate("(t) => playback.seek(t)", float(trace.time[k]))
+        shown = page.evaluate("playback.values()")
+        j = trace.joint("rr_femur_joint")
+        assert shown["sample"] == k and shown["joint"] == "rr_femur_joint"
+        assert shown["torque"] == pytest.approx(trace.torque[k, j], abs=5.1e-4)
+        assert shown["angle"] == pytest.approx(trace.q[k, 7 + j], abs=5.1e-5)
+        assert shown["speed"] == pytest.approx(trace.v[k, 6 + j], abs=5.1e-4)
+        assert shown["press"] == pytest.approx(trace.normal_force[k], abs=0.02)
+        assert shown["down"] == trace.contact[k].tolist()
+        share = budget.derating
+        line = share.voltage - np.sign(shown["torque"]) * shown["speed"] / motor.no_load_speed
+        assert shown["limit"] == pytest.approx(share.peak * motor.stall_torque * line, abs=1e-9)
+    margins = hp.stability(trace, whole=True).static_margin
+    assert shown["margin"] == pytest.approx(margins[1], abs=5.1e-6)
+
+
+def test_every_number_of_the_table_stands_at_its_instant(page: Any, trace: Trace) -> None:
+    """A click on the time goes there; a peak between samples is shown beside the sample."""
+    summary, rows = trace.summary, page.evaluate("playback.worst")
+    found = page.evaluate(
+        """() => [...document.querySelectorAll("#worst button")].map((button) => {
+        button.click();
+        playback.draw();
+        return {state: {...playback.state}, values: playback.values(), card: card.innerText};
+        })"""
+    )
+    assert len(rows) == len(found) >= 13
+    for k, (row, shown) in enumerate(zip(rows, found, strict=True)):
+        state, values = shown["state"], shown["values"]
+        assert state["time"] == row["time"] and state["peak"] == k
+        if "joint" in row:
+            assert state["joint"] == row["joint"]
+        assert abs(values["sampleTime"] - row["time"]) <= 1.01e-3
+        assert row["what"] in shown["card"]
+        if row["key"].endswith("torque"):
+            peak = summary.torque_peak[row["joint"]]
+            assert row["value"] == pytest.approx(abs(peak))
+            assert row["time"] == summary.torque_peak_time[row["joint"]]
+            # a sample is at most 1 ms away; the steepest torque of a walk is 20 N m/s
+            assert abs(values["torque"]) == pytest.approx(row["value"], abs=0.02)
+    margins = hp.stability(trace)
+    [margin] = [row for row in rows if row["key"] == "margin"]
+    assert (margin["value"], margin["time"]) == pytest.approx(margins.least("static_margin"))
+
+
+def test_keys_move_through_time(page: Any, trace: Trace) -> None:
+    page.evaluate("playback.seek(3.0)")
+    page.locator("body").press("ArrowRight")
+    assert settled(page)["time"] == pytest.approx(3.002)
+    page.locator("body").press("ArrowLeft")
+    page.locator("body").press("Shift+ArrowLeft")
+    assert settled(page)["time"] == pytest.approx(2.9)
+    page.locator("body").press("End")
+    assert settled(page)["time"] == pytest.approx(10.0)
+    page.locator("body").press("Home")
+    assert settled(page)["time"] == 0.0
+    for key, rate in (("+", 2), ("-", 1), ("-", 0.5), ("+", 1)):
+        page.locator("body").press(key)
+        assert page.evaluate("playback.state.rate") == rate
+    page.locator("body").press("Space")
+    page.wait_for_function("playback.state.time > 0.05")
+    page.locator("body").press("Space")
+    assert not settled(page)["playing"]
+
+
+def test_a_click_on_a_link_or_a_leg_selects_its_joint(page: Any, trace: Trace) -> None:
+    """The link's centre on the screen is where the picture has it."""
+    page.evaluate("playback.camera('above'); playback.seek(0.0)")
+    settled(page)
+    page.evaluate("playback.viewer.camera.updateMatrixWorld()")
+    j = trace.joint("lm_tibia_joint")
+    x, y = page.evaluate(
+        """(j) => {
+        const body = playback.actors[0].bodies.find((b) => b.joint === j);
+        const place = body.parts[0].mesh.getWorldPosition(new MeshCat.THREE.Vector3());
+        const {x, y} = place.project(playback.viewer.camera);
+        const box = document.getElementById("view").getBoundingClientRect();
+        return [box.left + (0.5 + 0.5 * x) * box.width, box.top + (0.5 - 0.5 * y) * box.height];
+        }""", j,
+    )  # fmt: skip
+    page.mouse.click(x, y)
+    assert trace.joint_names[settled(page)["joint"]].startswith("lm_")
+    page.locator(".panel", has_text="Torque").locator(".keys span", has_text="rf ").first.click()
+    assert trace.joint_names[settled(page)["joint"]].startswith("rf_")
+    page.wait_for_function("location.hash.includes('joint=rf_')")
+    page.evaluate("playback.camera('follow')")
+
+
+def test_a_drag_zooms_all_plots_and_a_double_click_shows_all(page: Any) -> None:
+    canvas = page.locator(".panel canvas").first
+    box = canvas.bounding_box()
+    page.mouse.move(box["x"] + 150, box["y"] + 40)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 250, box["y"] + 40, steps=4)
+    page.mouse.up()
+    state = settled(page)
+    wide = box["width"] - 48  # left of the axis, right of the curves
+    assert state["from"] == pytest.approx(10.0 * 106 / wide, abs=0.05)
+    assert state["to"] == pytest.approx(10.0 * 206 / wide, abs=0.05)
+    canvas.dblclick()
+    state = settled(page)
+    assert (state["from"], state["to"]) == (0.0, 10.0)
+    bar = page.locator("#bar").bounding_box()
+    page.mouse.click(bar["x"] + 0.5 * bar["width"], bar["y"] + 0.5 * bar["height"])
+    assert settled(page)["time"] == pytest.approx(5.0, abs=0.2)
+
+
+def test_a_picture_takes_little_script(page: Any) -> None:
+    """Less than 4 ms of script beside the rasteriser; the median, as the machine may be busy."""
+    found = page.evaluate(
+        """() => {
+        const times = [];
+        for (let k = 0; k < 25; k++) {
+          playback.seek(2.0 + 0.01 * k);
+          const before = performance.now();
+          playback.draw();
+          times.push(performance.now() - before);
+        }
+        return times.sort((a, b) => a - b)[12];
+        }"""
+    )
+    assert 0.0 < found < 4.0
+
+
+def test_the_robot_stands_where_the_trace_has_it(page: Any, trace: Trace) -> None:
+    """Feet by the page's forward kinematics: within the rounding of angles over 0.3 m."""
+    page.evaluate("playback.seek(4.0)")
+    settled(page)
+    found = page.evaluate(
+        """() => playback.runs[0].data.feet.map((foot) => {
+        const actor = playback.actors[0], tip = actor.bodies[foot.body].parts.at(-1).mesh;
+        const place = tip.getWorldPosition(new MeshCat.THREE.Vector3());
+        return actor.lane.worldToLocal(place).toArray();
+        })"""
+    )
+    np.testing.assert_allclose(found, trace.foot_position[2000], atol=1e-4)
+
+
+def test_a_telephone_and_a_notebook_show_it(
+    browser: Any, text: str, trace: Trace, tmp_path: Path
+) -> None:
+    """In a frame without an address, 370 pixels wide, two runs; nothing is cut off sideways."""
+    short = hp.simulate(
+        hp.Scene(hp.load_robot("kharagpur")), hp.HoldPosture(), duration=0.2, estimate=False
+    )
+    pair = page_text({"walk": trace, "stand": short})
+    path = tmp_path / "frame.html"
+    path.write_text(
+        f'<iframe style="width:370px;height:700px" srcdoc="{html.escape(pair)}"></iframe>'
+    )
+    frame = browser.new_page(viewport={"width": 390, "height": 844})
+    faults: list[str] = []
+    frame.on("pageerror", lambda error: faults.append(str(error)))
+    frame.goto(f"file://{path}")
+    inner = frame.frames[-1]
+    inner.wait_for_function("window.playback || window.playbackError", timeout=60_000)
+    inner.evaluate("playback.jump(0)")
+    assert inner.evaluate("playback.runs.length") == 2
+    assert inner.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    assert not inner.evaluate("document.getElementById('layers').open")
+    assert not faults
+    frame.close()
