@@ -40,6 +40,9 @@ COARSEST = {"place": 1e-5, "turn": 1e-5, "joint": 1e-4, "torque": 1e-3, "foot_fo
 FINEST = 0.01
 """Least resolution, over the coarsest."""
 
+LEAST_SHARE = 1e-4
+"""Resolution of torques and forces over the largest, at most."""
+
 SPEED_DIGITS = 1e-3
 """Resolution of joint rates [rad/s]."""
 
@@ -157,9 +160,15 @@ def _window(trace: Trace) -> list[float] | None:
 # Samples.
 
 
-def resolution(trace: Trace, quantity: str) -> float:
-    """Return the resolution of a quantity: a tenth of the run's error, a power of ten below it."""
+def resolution(trace: Trace, quantity: str, values: Array | None = None) -> float:
+    """Return the resolution of a quantity: a tenth of the run's error, a power of ten below it.
+
+    Of `values`, never more than 1e-4 of the largest: robots may weigh grams.
+    """
     coarsest = COARSEST[quantity]
+    largest = 0.0 if values is None else float(np.max(np.abs(values), initial=0.0))
+    if 0.0 < largest * LEAST_SHARE < coarsest:
+        coarsest = 10.0 ** math.floor(math.log10(LEAST_SHARE * largest))
     errors = {} if trace.error is None else trace.error.arrays
     error = float(errors[quantity].max()) if quantity in errors else 0.0
     if not (error > 0.0 and math.isfinite(error)):
@@ -182,9 +191,11 @@ def channels(trace: Trace, feet: Sequence[Mapping[str, Any]], block: SampleBlock
     found["angle"] = block.add(trace.q[:, 7:], joint)
     found["speed"] = block.add(trace.v[:, 6:], SPEED_DIGITS)
     if "torque" in trace.recorded:
-        found["torque"] = block.add(trace.torque, resolution(trace, "torque"))
+        found["torque"] = block.add(trace.torque, resolution(trace, "torque", trace.torque))
     if feet:
-        found["force"] = block.add(trace.foot_force, resolution(trace, "foot_force"))
+        found["force"] = block.add(
+            trace.foot_force, resolution(trace, "foot_force", trace.foot_force)
+        )
         found["foot"] = block.add(trace.foot_position, COARSEST["place"])
         found["down"] = block.add(trace.contact, 1.0)
         normal = trace.foot_normal if len(trace.foot_normal) else np.zeros((1, 0, 3))
@@ -377,8 +388,9 @@ def _verdict(trace: Trace, record: MotorRecord | None) -> tuple[bool | None, str
     except HexapodError:
         margin = None
     try:
-        motor = None if record is None else motor_budget(trace, record)
-        answer = WalkAnswer(walk_verdict(trace), _budget(trace), "", margin, motor, {}, 0.0)
+        verdict, budget = walk_verdict(trace), _budget(trace)
+        motor = None if record is None or budget is None else motor_budget(trace, record)
+        answer = WalkAnswer(verdict, budget, "", margin, motor, {}, 0.0)
     except HexapodError as error:
         return None, f"not judged: {error}"
     return answer.good, answer.headline

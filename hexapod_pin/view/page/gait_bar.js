@@ -56,7 +56,7 @@ const bar = {
     const groups = [];
     worst.map((row, k) => [this.x(row.time), k + 1]).sort((a, b) => a[0] - b[0]).forEach(([x, number]) => {
       const last = groups.at(-1);
-      if (last && x - last.x < 34) last.numbers.push(number); else groups.push({x, numbers: [number]});
+      if (last && x - last.x < 42) last.numbers.push(number); else groups.push({x, numbers: [number]});
     });
     q.fillStyle = ink.hot;
     q.textAlign = "center";
@@ -64,8 +64,9 @@ const bar = {
       numbers.sort((a, b) => a - b);
       q.beginPath();
       q.moveTo(x, 0); q.lineTo(x - 3.5, -5); q.lineTo(x + 3.5, -5); q.fill();
-      const text = numbers.length > 2 ? `${numbers[0]}+${numbers.length - 1}` : numbers.join(",");
-      q.fillText(text, x + (text.length > 1 ? 9 : 7), -3);
+      const text = numbers.length > 3 ? `${numbers.slice(0, 2).join(",")}\u2026` : numbers.join(",");
+      q.textAlign = x > this.width - 50 ? "right" : "left";
+      q.fillText(text, x + (q.textAlign === "left" ? 5 : -5), -3);
     }
   },
 
@@ -77,8 +78,12 @@ const bar = {
         q.fillRect(this.x(load.start), 0, Math.max(3, this.x(load.end) - this.x(load.start)), h);
       } else if (load.kind === "lost") {
         line(load.start, "#7b3fa0");
+        const text = `${load.leg} lost`, x = this.x(load.start) + 3;
+        q.fillStyle = ink.bg;
+        q.fillRect(x, 1, q.measureText(text).width + 4, 12);
+        q.fillStyle = ink.ink;
         q.textAlign = "left";
-        q.fillText(`${load.leg} lost`, this.x(load.start) + 4, 10);
+        q.fillText(text, x + 2, 10);
       }
     }
     for (const event of R.data.events.slice(0, 200)) line(event.time, ink.hot);

@@ -18,8 +18,8 @@ const world = viewer.scene_tree.find(["playback"]).object;
 
 // A line at every multiple of a step, one pixel wide, faded where lines would merge.
 const LINES = `
-varying vec3 vPlace; varying vec3 vSlope;
-uniform float uStep; uniform float uContour; uniform vec3 uInk; uniform float uStrength;
+varying vec3 vPlace;
+uniform float uStep; uniform float uContour; uniform vec4 uStrip; uniform vec3 uInk; uniform float uStrength;
 float lineOf(float v, float s) {
   float x = v / s, d = max(fwidth(x), 1e-6);
   return (1.0 - min(abs(fract(x - 0.5) - 0.5) / d, 1.0)) * clamp(1.4 - 2.8 * d, 0.0, 1.0);
@@ -27,22 +27,27 @@ float lineOf(float v, float s) {
 `;
 const DRAWN = `
 #include <color_fragment>
+if (abs(dot(vPlace.xy, uStrip.xy) - uStrip.z) > uStrip.w) discard;
 {
   float fine = max(lineOf(vPlace.x, uStep), lineOf(vPlace.y, uStep));
   float bold = max(lineOf(vPlace.x, 5.0 * uStep), lineOf(vPlace.y, 5.0 * uStep));
   float ink = max(0.45 * fine, 0.9 * bold);
-  if (uContour > 0.0) ink = max(ink, 0.8 * lineOf(vPlace.z, uContour) * step(abs(vSlope.z), 0.99999));
+  if (uContour > 0.0) {
+    vec3 across = normalize(cross(dFdx(vPlace), dFdy(vPlace)));
+    ink = max(ink, 0.6 * lineOf(vPlace.z, uContour) * step(abs(across.z), 0.9995));
+  }
   diffuseColor.rgb = mix(diffuseColor.rgb, uInk, uStrength * ink);
 }
 `;
 function groundMaterial(data) {
   const material = new THREE.MeshPhongMaterial({color: 0xdbded9, side: 2, shininess: 2, flatShading: !!data.mesh});
   material.extensions = {derivatives: true};
-  material.userData = {uStep: {value: data.spacing}, uContour: {value: 0}, uInk: {value: new THREE.Color(0x6d7a80)}, uStrength: {value: 0.75}};
+  material.userData = {uStep: {value: data.spacing}, uContour: {value: 0}, uInk: {value: new THREE.Color(0x6d7a80)}, uStrength: {value: 0.75},
+    uStrip: {value: new THREE.Vector4(0, 1, 0, 1e9)}};
   material.onBeforeCompile = (shader) => {
     Object.assign(shader.uniforms, material.userData);
-    shader.vertexShader = `varying vec3 vPlace; varying vec3 vSlope;\n${shader.vertexShader}`.replace(
-      "#include <begin_vertex>", "#include <begin_vertex>\nvPlace = position; vSlope = normal;");
+    shader.vertexShader = `varying vec3 vPlace;\n${shader.vertexShader}`.replace(
+      "#include <begin_vertex>", "#include <begin_vertex>\nvPlace = position;");
     shader.fragmentShader = (LINES + shader.fragmentShader).replace("#include <color_fragment>", DRAWN);
   };
   return material;
@@ -89,7 +94,7 @@ function groundOf(run) {
   const {min, max} = surface.geometry.boundingBox;
   surface.userData.contour = data.level ? 0 : niceStep((max.z - min.z) / 12);
   group.add(surface);
-  if (data.edges) group.add(segments(data.edges, 0x3f4a52));
+  if (data.edges) group.add(segments(data.edges, 0x1d2530));
   if (data.patches) group.add(segments(data.patches, 0x3366cc));
   return {group, surface};
 }

@@ -12,17 +12,29 @@ function element(name, attributes = {}, ...content) {
 const UNITS = {"m": [1e3, "mm", 1], "rad": [DEGREES, "deg", 2], "1": [100, "%", 0], "N m": [1, "N m", 3], "N": [1, "N", 1],
   "rad/s": [1, "rad/s", 2], "W": [1, "W", 2]};
 
+// Decimals of a number: those of its unit, more where that leaves less than three digits.
+function decimals(value, least) {
+  const size = Math.abs(value);
+  return size > 0 && least > 0 ? Math.max(least, Math.min(7, 2 - Math.floor(Math.log10(size)))) : least;
+}
+
 function shownNumber(value, unit, error) {
-  const [factor, name, digits] = UNITS[unit];
-  if (value === null || !Number.isFinite(value)) return "none";
-  const band = error ? ` \u00B1 ${(factor * error).toFixed(digits)}` : "";
-  return `${(factor * value).toFixed(digits)}${band} ${name}`;
+  const [factor, name, least] = UNITS[unit];
+  if (value === null || !Number.isFinite(value)) return unit === "m" ? "no foot down" : "none";
+  const digits = error > 0 ? Math.max(0, Math.min(7, -Math.floor(Math.log10(factor * error)))) : decimals(factor * value, least);
+  const band = error > 0 ? ` \u00B1 ${(factor * error).toFixed(digits)}` : "";
+  const plain = digits > 5 && !band ? (factor * value).toPrecision(3) : (factor * value).toFixed(digits);
+  return `${plain}${band} ${name}`;
 }
 
 function makeHeader() {
   const data = R.data, facts = Object.fromEntries(data.facts);
   const mark = data.good === null ? "" : data.good ? "good" : "bad";
   const verdict = element("span", {class: `verdict ${mark}`, role: "status"}, (mark === "bad" ? "\u26A0 " : "") + data.verdict);
+  for (const run of runs.length > 1 ? runs : []) {
+    if (run === R) verdict.textContent = "";
+    verdict.append(element("span", {class: run.data.good === false ? "bad" : ""}, `${run.data.name}: ${run.data.verdict} `), element("br"));
+  }
   const names = runs.length > 1 ? runs.map((run) => run.data.name).join(" / ") : data.name;
   $("header").append(element("b", {}, names), verdict, element("span", {class: "gap"}));
   if (facts.gait) $("header").append(element("span", {class: "soft wide"}, facts.gait));
@@ -126,11 +138,11 @@ function showLegend() {
 
 function makeTable() {
   const {box} = panel("Worst instants", true), table = element("table", {id: "worst"});
-  box.querySelector("small").textContent = "a click on the time stands the robot there";
+  box.querySelector("small").textContent = "a click on a time shows it";
   const shares = worst.some((row) => row.use !== undefined);
   if (runs.length > 1) {
-    table.append(element("tr", {}, ...["", "", "", R.data.name, ...(shares ? ["of limit"] : []),
-      ...runs.slice(1).map((run) => run.data.name), ...runs.slice(1).map(() => "change"), ""].map((text) => element("th", {}, text))));
+    table.append(element("tr", {}, ...["", "", "", "", R.data.name, ...(shares ? ["of limit"] : []),
+      ...runs.slice(1).map((run) => run.data.name), ...runs.slice(1).map(() => "change")].map((text) => element("th", {}, text))));
   }
   worst.forEach((row, k) => {
     const leg = row.joint !== undefined ? legName(row.joint) : row.foot !== undefined ? R.data.feet[row.foot].label ?? R.data.feet[row.foot].name : "";
@@ -138,8 +150,8 @@ function makeTable() {
     const change = same.map((other) => (other?.value && row.value ? `${(100 * (other.value / row.value - 1)).toFixed(1).replace("-", "\u2212")} %` : ""));
     const button = element("button", {title: `stand at ${row.what}`}, `${row.time.toFixed(3)} s`);
     button.onclick = () => jump(k);
-    table.append(element("tr", {}, ...[`${k + 1}`, row.what, leg, shownNumber(row.value, row.unit, row.error),
-      ...(shares ? [row.use === undefined ? "" : shownNumber(row.use, "1")] : []), ...same.map((other) => (other ? shownNumber(other.value, other.unit, other.error) : "")), ...change, button].map((cell) => element("td", {}, cell))));
+    table.append(element("tr", {}, ...[`${k + 1}`, button, row.what, leg, shownNumber(row.value, row.unit, row.error),
+      ...(shares ? [row.use === undefined ? "" : shownNumber(row.use, "1")] : []), ...same.map((other) => (other ? shownNumber(other.value, other.unit, other.error) : "")), ...change].map((cell) => element("td", {}, cell))));
   });
   box.append(element("div", {class: "scroll"}, table));
 }
@@ -156,6 +168,12 @@ function valuesNow() {
   return found;
 }
 
+const torqueSizes = new Map();
+function torqueDigits() {
+  if (!torqueSizes.has(S.joint)) torqueSizes.set(S.joint, R.torque[S.joint].reduce((most, v) => Math.max(most, Math.abs(v)), 0));
+  return decimals(torqueSizes.get(S.joint), 3);
+}
+
 const cardLines = [];
 let markedRow = null;
 function showCard() {
@@ -163,8 +181,8 @@ function showCard() {
   if (v.joint) {
     lines.push([shortJoint(S.joint), ""]);
     if (v.torque !== undefined) {
-      lines.push(["torque", `${v.torque.toFixed(3)} N m`]);
-      if (Number.isFinite(v.limit)) lines.push([R.data.limits.slope[S.joint] ? "line now" : "limit", `\u00B1${v.limit.toFixed(3)} N m`], ["use", `${(100 * v.use).toFixed(1)} %`]);
+      lines.push(["torque", `${v.torque.toFixed(torqueDigits())} N m`]);
+      if (Number.isFinite(v.limit)) lines.push([R.data.limits.slope[S.joint] ? "line now" : "limit", `\u00B1${v.limit.toFixed(torqueDigits())} N m`], ["use", `${(100 * v.use).toFixed(1)} %`]);
     }
     lines.push(["speed", `${v.speed.toFixed(3)} rad/s`], ["angle", `${(DEGREES * v.angle).toFixed(2)}\u00B0`]);
   }

@@ -169,13 +169,13 @@ class Overlays {
     return element;
   }
 
-  put(tag, shown, body, local) {
+  put(tag, shown, body, local, above = -130) {
     const display = shown ? "" : "none";
     if (tag.style.display !== display) tag.style.display = display;
     if (!shown) return;
     this.place.set(...local).applyMatrix4(this.actor.bodies[body].node.matrixWorld).project(viewer.camera);
     const x = (0.5 + 0.5 * this.place.x) * viewSize.x, y = (0.5 - 0.5 * this.place.y) * viewSize.y;
-    tag.style.transform = `translate(${x.toFixed(1)}px,${y.toFixed(1)}px) translate(-50%,-130%)`;
+    tag.style.transform = `translate(${x.toFixed(1)}px,${y.toFixed(1)}px) translate(-50%,${above}%)`;
   }
 
   draw(i) {
@@ -272,7 +272,7 @@ class Overlays {
     });
     this.loads.forEach(({load}, k) => {
       const acts = load.kind === "payload" || (run.time[i] >= load.start && run.time[i] <= load.end);
-      this.put(this.loadTags[k], S.layers.loads && acts && !ghost, load.body, load.point);
+      this.put(this.loadTags[k], S.layers.loads && acts && !ghost, load.body, load.point, -130 + 110 * k);
     });
     if (this.runTag) this.put(this.runTag, true, 0, [0, 0, 0.5 * this.r]);
   }

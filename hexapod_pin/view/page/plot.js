@@ -127,6 +127,7 @@ class Plot {
     this.drawn = height;
     const q = sized(this.canvas, this.still, this.width, height), h = height - BELOW;
     const limit = this.limit(), [low, high] = this.range(all, limit);
+    this.shownDigits = decimals(Math.max(Math.abs(low), Math.abs(high)), this.digits);
     const row = this.inRows ? h / all.length : h;
     const Y = (v, k = 0) => (this.inRows ? k * row : 0) + 3 + ((high - v) / (high - low)) * (row - 6);
     this.Y = Y;
@@ -245,7 +246,7 @@ class Plot {
     }
     if (S.time >= S.from && S.time <= S.to) { z.fillStyle = ink.ink; z.fillRect(this.x(S.time) - 0.5, 0, 1.2, h); }
     for (const {value, y, run} of this.values ?? []) {
-      const v = y[now(run)], text = Number.isFinite(v) ? v.toFixed(this.digits) : "\u2013";
+      const v = y[now(run)], text = Number.isFinite(v) ? v.toFixed(this.shownDigits) : "\u2013";
       if (value.textContent !== text) value.textContent = text;
     }
   }

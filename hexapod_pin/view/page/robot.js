@@ -140,6 +140,8 @@ function placeLanes() {
   actors.forEach((actor, k) => {
     actor.lane.position.copy(left).multiplyScalar(S.layers.apart ? -k * wide : 0);
     const [x, y] = focusOf(actor.run, 0), [x0, y0] = focusOf(R, 0);
+    actor.ground.surface.material.userData.uStrip.value  // grounds of lanes do not overlap
+      .set(left.x, left.y, left.x * x + left.y * y, S.layers.apart && runs.length > 1 ? 0.49 * wide : 1e9);
     actor.lane.position.x += x0 - x;
     actor.lane.position.y += y0 - y;
   });
