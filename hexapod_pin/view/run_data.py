@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.drive.catalog import MotorRecord
@@ -31,19 +32,27 @@ from hexapod_pin.view.robot_shapes import RobotShapes
 from hexapod_pin.view.sample_block import SampleBlock
 from hexapod_pin.view.scene_graph import DrawnMeshes, feet_of, loads_of, robot_tree
 
+Indices = npt.NDArray[np.intp]
+
 ERROR_SHARE = 0.1
 """Resolution of samples, over the run's error."""
 
 COARSEST = {"place": 1e-5, "turn": 1e-5, "joint": 1e-4, "torque": 1e-3, "foot_force": 1e-2}
 """Resolutions where the error is larger, or not known [m, 1, rad, N m, N]."""
 
-FINEST = 0.01
+FINEST = 0.05
 """Least resolution, over the coarsest."""
 
-LEAST_SHARE = 1e-4
+LEAST_SHARE = 2e-4
 """Resolution of torques and forces over the largest, at most."""
 
-SPEED_DIGITS = 1e-3
+FOOT_DIGITS = 2e-5
+"""Resolution of the feet's places [m]."""
+
+NORMAL_DIGITS = 2e-4
+"""Resolution of the ground's normals [1]."""
+
+SPEED_DIGITS = 2e-3
 """Resolution of joint rates [rad/s]."""
 
 
@@ -161,20 +170,27 @@ def _window(trace: Trace) -> list[float] | None:
 
 
 def resolution(trace: Trace, quantity: str, values: Array | None = None) -> float:
-    """Return the resolution of a quantity: a tenth of the run's error, a power of ten below it.
+    """Return the resolution of a quantity: a tenth of the run's error, or 1, 2, 5 below it.
 
-    Of `values`, never more than 1e-4 of the largest: robots may weigh grams.
+    Of `values`, never more than 2e-4 of the largest: robots may weigh grams.
     """
     coarsest = COARSEST[quantity]
     largest = 0.0 if values is None else float(np.max(np.abs(values), initial=0.0))
     if 0.0 < largest * LEAST_SHARE < coarsest:
-        coarsest = 10.0 ** math.floor(math.log10(LEAST_SHARE * largest))
+        coarsest = _step_below(LEAST_SHARE * largest)
     errors = {} if trace.error is None else trace.error.arrays
     error = float(errors[quantity].max()) if quantity in errors else 0.0
     if not (error > 0.0 and math.isfinite(error)):
         return coarsest
-    fitting = 10.0 ** math.floor(math.log10(ERROR_SHARE * error) + 1e-9)
-    return float(min(coarsest, max(FINEST * coarsest, fitting)))
+    return min(coarsest, max(FINEST * coarsest, _step_below(ERROR_SHARE * error)))
+
+
+def _step_below(value: float) -> float:
+    """Return the largest of 1, 2 and 5 times a power of ten that is not above a value."""
+    power = 10.0 ** math.floor(math.log10(value))
+    return float(
+        power * max(step for step in (1.0, 2.0, 5.0) if step * power <= value * (1 + 1e-9))
+    )
 
 
 def channels(trace: Trace, feet: Sequence[Mapping[str, Any]], block: SampleBlock) -> dict[str, int]:
@@ -196,11 +212,11 @@ def channels(trace: Trace, feet: Sequence[Mapping[str, Any]], block: SampleBlock
         found["force"] = block.add(
             trace.foot_force, resolution(trace, "foot_force", trace.foot_force)
         )
-        found["foot"] = block.add(trace.foot_position, COARSEST["place"])
+        found["foot"] = block.add(trace.foot_position, FOOT_DIGITS)
         found["down"] = block.add(trace.contact, 1.0)
-        normal = trace.foot_normal if len(trace.foot_normal) else np.zeros((1, 0, 3))
+        normal = _standing_normals(trace)
         if np.ptp(normal.reshape(-1, 3), axis=0).max(initial=0.0) > 0.0:
-            found["normal"] = block.add(normal, 1e-4)
+            found["normal"] = block.add(normal, NORMAL_DIGITS)
         else:
             found["normal"] = block.add(normal[:1], 1e-6)
         factor = friction(trace)
@@ -213,6 +229,13 @@ def channels(trace: Trace, feet: Sequence[Mapping[str, Any]], block: SampleBlock
     if "com" in trace.recorded:
         found["com"] = block.add(trace.com, COARSEST["place"])
     return found
+
+
+def _standing_normals(trace: Trace) -> Array:
+    """Return the ground's normals (T, F, 3); of a foot in the air, where it stood last."""
+    index = np.where(trace.contact, np.arange(len(trace.time))[:, None], 0)
+    last = np.maximum.accumulate(index, axis=0)[..., None]
+    return np.take_along_axis(trace.foot_normal, last, axis=0)
 
 
 def friction(trace: Trace) -> Array | None:
@@ -328,7 +351,7 @@ def _joint_rows(trace: Trace, limits: Limits, inside: Array) -> list[dict[str, A
     return rows
 
 
-def _largest(values: Array, own: Array, inside: Array) -> tuple[int, int]:
+def _largest(values: Array, own: Indices, inside: Array) -> tuple[int, int]:
     """Return sample and joint of the largest value among some joints."""
     shown = np.where(inside[:, None], values[:, own], -np.inf)
     k, column = np.unravel_index(int(np.argmax(shown)), shown.shape)

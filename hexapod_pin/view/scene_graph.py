@@ -153,7 +153,7 @@ def feet_of(trace: Trace, shapes: RobotShapes) -> list[dict[str, Any]]:
 
     if "contacts" not in trace.recorded:
         return []
-    model, found = shapes.model, []
+    model, found = shapes.model, list[dict[str, Any]]()
     order = {name: k for k, name in enumerate(trace.joint_names)}
     radii = trace.run.robot.radii(len(trace.foot_names))
     for foot, radius in zip(trace.foot_names, radii, strict=True):

@@ -150,8 +150,8 @@ function makeTable() {
     const change = same.map((other) => (other?.value && row.value ? `${(100 * (other.value / row.value - 1)).toFixed(1).replace("-", "\u2212")} %` : ""));
     const button = element("button", {title: `stand at ${row.what}`}, `${row.time.toFixed(3)} s`);
     button.onclick = () => jump(k);
-    table.append(element("tr", {}, ...[`${k + 1}`, button, row.what, leg, shownNumber(row.value, row.unit, row.error),
-      ...(shares ? [row.use === undefined ? "" : shownNumber(row.use, "1")] : []), ...same.map((other) => (other ? shownNumber(other.value, other.unit, other.error) : "")), ...change].map((cell) => element("td", {}, cell))));
+    table.append(element("tr", {}, ...[`${k + 1}`, button, row.what, leg, shownNumber(row.value, row.unit, runs.length > 1 ? 0 : row.error),
+      ...(shares ? [row.use === undefined ? "" : shownNumber(row.use, "1")] : []), ...same.map((other) => (other ? shownNumber(other.value, other.unit) : "")), ...change].map((cell) => element("td", {}, cell))));
   });
   box.append(element("div", {class: "scroll"}, table));
 }
