@@ -272,6 +272,9 @@ def test_a_telephone_and_a_notebook_show_it(
     inner.wait_for_function("window.playback || window.playbackError", timeout=60_000)
     inner.evaluate("playback.jump(0)")
     assert inner.evaluate("playback.runs.length") == 2
+    apart = "playback.draw(), playback.actors[1].lane.position.length()"
+    assert inner.evaluate(apart) > 0.5  # lanes of 3.2 reaches
+    assert inner.evaluate(f"playback.setLayer('apart', false), {apart}") == pytest.approx(0.0)
     assert inner.evaluate("document.documentElement.scrollWidth <= innerWidth")
     assert not inner.evaluate("document.getElementById('layers').open")
     assert not faults

@@ -104,6 +104,15 @@ const LAYERS = {
   paths: "paths of feet", feet: "footholds", slip: "where feet slide", names: "names, direction", loads: "payload and pushes",
   edges: "edges", contour: "contours", shadow: "shadow", apart: "side by side",
 };
+const boxes = {};
+function setLayer(name, on) {
+  S.layers[name] = on;
+  if (boxes[name]) boxes[name].checked = on;
+  if (name === "apart") { placeLanes(); camera(S.camera); }
+  if (name === "use") showLegend();
+  dirty = true;
+}
+
 function makeLayers() {
   for (const name of Object.keys(CAMERAS)) {
     const button = element("button", {}, name);
@@ -115,12 +124,8 @@ function makeLayers() {
   for (const [name, text] of Object.entries(LAYERS)) {
     if (name in present && !present[name]) continue;
     const box = element("input", {type: "checkbox", checked: S.layers[name]});
-    box.onchange = () => {
-      S.layers[name] = box.checked;
-      if (name === "apart") { placeLanes(); camera(S.camera); }
-      if (name === "use") showLegend();
-      dirty = true;
-    };
+    box.onchange = () => setLayer(name, box.checked);
+    boxes[name] = box;
     $("layers").lastElementChild.append(element("label", {}, box, text));
   }
   if (matchMedia("(max-width: 760px)").matches) $("layers").open = false;

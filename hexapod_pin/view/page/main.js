@@ -100,7 +100,7 @@ showPlaying();
 
 // What a test or a program in the page may read and do.
 window.playback = {
-  state: S, data: D, runs, worst, stat, plots, seek, play, select, zoom, jump, camera, setRate, values: valuesNow, viewer, actors,
+  state: S, data: D, runs, worst, stat, plots, seek, play, select, zoom, jump, camera, setLayer, setRate, values: valuesNow, viewer, actors,
   overlays, slip: () => slipOf(R), draw: () => { arrange(); readOut(); }, start, end: END,
 };
 stat.ready = performance.now();
