@@ -12,6 +12,7 @@ import urllib.error
 import urllib.request
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pinocchio as pin
@@ -121,6 +122,18 @@ def test_every_sample_is_in_the_page(data: PageData, trace: Trace) -> None:
         bound = 0.501 * data.resolution(name)
         np.testing.assert_allclose(data.channel(name), values, atol=bound, rtol=0.0)
     assert data.resolution("angle") == 1e-4 and data.resolution("torque") == 1e-3
+
+
+def test_samples_recorded_on_request_are_in_the_page(trace: Trace) -> None:
+    """As they are, and NaN where a motor's data are not known."""
+    time = trace.time[:, None]
+    asked = {"slip_speed": 0.1 * time * np.ones(6), "temperature": 25.0 + time * np.ones(18)}
+    asked["temperature"][:, 3] = np.nan
+    asking = replace(trace)
+    object.__setattr__(asking, "requested", SimpleNamespace(arrays=asked))
+    found = PageData(page_text({"": asking}))
+    np.testing.assert_allclose(found.channel("slip_speed"), asked["slip_speed"], atol=5.1e-5)
+    np.testing.assert_allclose(found.channel("temperature"), asked["temperature"], atol=5.1e-3)
 
 
 def test_names_cannot_break_out_of_the_page(tmp_path: Path) -> None:

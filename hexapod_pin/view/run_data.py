@@ -52,6 +52,9 @@ FOOT_DIGITS = 2e-5
 NORMAL_DIGITS = 2e-4
 """Resolution of the ground's normals [1]."""
 
+REQUESTED = {"slip_speed": 1e-4, "current": 1e-3, "temperature": 1e-2}
+"""Resolutions of samples that a run records where they are named [m/s, A, deg C]."""
+
 SPEED_DIGITS = 2e-3
 """Resolution of joint rates [rad/s]."""
 
@@ -198,7 +201,7 @@ def channels(trace: Trace, feet: Sequence[Mapping[str, Any]], block: SampleBlock
 
     `place`, `turn`, `angle`, `speed`; where recorded `torque`; of contacts `force`, `foot`,
     `normal` where it is not the same always, `down`, `friction` of each foot where it differs by
-    place; `com`; `margin` [m].
+    place; `com`; `margin` [m]; and what the run was asked to record of `REQUESTED`.
     """
     place, joint = resolution(trace, "place"), resolution(trace, "joint")
     found = {"time": block.add(trace.time, 1e-6)}
@@ -226,6 +229,9 @@ def channels(trace: Trace, feet: Sequence[Mapping[str, Any]], block: SampleBlock
         margin = _margins(trace)
         if margin is not None:
             found["margin"] = block.add(margin, 1e-5)
+    requested = getattr(trace, "requested", None)
+    for name, values in {} if requested is None else requested.arrays.items():
+        found[name] = block.add(values, REQUESTED[name])
     if "com" in trace.recorded:
         found["com"] = block.add(trace.com, COARSEST["place"])
     return found

@@ -46,19 +46,30 @@ function makePanels() {
         if (!millimetres.size) slipOf(R).forEach((row, f) => millimetres.set(f, row.map((v) => 1e3 * v)));
         return byLeg((f) => millimetres.get(f));
       }});
+    if (R.slipSpeed) {
+      const shown = R.slipSpeed.map((row) => row.map((v) => 1e3 * v));
+      new Plot({title: "Slip speed", unit: "mm/s", digits: 1, height: 96, open: false, floor: 0, rows: true, series: () => byLeg((f) => shown[f])});
+    }
   }
   if (R.torque) {
     new Plot({title: "Power", unit: "W", height: 96, open: false, series: () => [
       {name: "all joints", run: R, y: R.totalPower, color: legColor(0)},
       {name: shortJoint(S.joint), run: R, y: R.power[S.joint], color: legColor(4), on: true}, ...others((run) => run.totalPower)].filter((s) => s.y)});
     const perTorque = R.data.limits.per_torque;
-    if (perTorque) {
+    if (R.current) makeRecorded("Motor current", "A", R.current);
+    else if (perTorque) {
       const current = R.torque.map((row) => row.map((v) => perTorque * Math.abs(v)));
       new Plot({title: "Motor current, of its torque", unit: "A", height: 96, open: false, floor: 0, rows: true,
         series: () => byLeg((f, j) => current[j])});
     }
+    if (R.temperature) makeRecorded("Winding temperature", "deg C", R.temperature);
     new Cloud();
   }
+}
+
+// What a run recorded of every joint.
+function makeRecorded(title, unit, rows) {
+  new Plot({title, unit, height: 96, open: false, rows: true, series: () => byLeg((f, j) => (j === undefined ? null : rows[j]))});
 }
 
 function makeTorque() {

@@ -10,7 +10,8 @@ const runs = D.runs.map((data, number) => {
     data, number, N, time, t0: time[0], end: time[N - 1], place: part("place"), turn: part("turn"),
     angle: part("angle"), speed: part("speed"), torque: part("torque"), force: part("force"),
     foot: part("foot"), normal: part("normal"), down: part("down"), friction: part("friction"),
-    margin: part("margin")?.[0], com: part("com"), lift: "lift" in data.ground ? arrays[data.ground.lift][0] : null,
+    margin: part("margin")?.[0], com: part("com"), slipSpeed: part("slip_speed"),
+    current: part("current"), temperature: part("temperature"), lift: "lift" in data.ground ? arrays[data.ground.lift][0] : null,
     legs: data.feet.map((_, f) => f).filter((f) => data.feet[f].label),
   };
   run.even = N > 1 ? (run.end - run.t0) / (N - 1) : 1;
