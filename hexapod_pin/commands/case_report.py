@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from hexapod_pin.commands.terminal import command_line, echo
+from hexapod_pin.commands.terminal import echo, typed_command
 from hexapod_pin.commands.trials import try_cure, try_repaired
 from hexapod_pin.results.run_facts import events_text
 from hexapod_pin.text_table import WIDTH, folded
@@ -111,7 +111,7 @@ def run_and_report(
         if html_path is not None:
             from hexapod_pin.view.html import write_html
 
-            files(lambda: write_html(trace, html_path, motor=job.motor, command=command_line()))
+            files(lambda: write_html(trace, html_path, motor=job.motor, command=typed_command()))
         assumed = case.scene.servos.assumed and not case.scene.prescribed
         whole = answer.budget is not None
         if whole and answer.verdict.walks and not shown.quick and assumed:

@@ -34,7 +34,7 @@ from hexapod_pin.commands.study_options import (
     run_options,
     with_progress,
 )
-from hexapod_pin.commands.terminal import announce, command_line, echo
+from hexapod_pin.commands.terminal import announce, echo, typed_command
 from hexapod_pin.errors import DivergenceError, ParameterError, StudyInterrupted
 
 if TYPE_CHECKING:
@@ -199,4 +199,4 @@ def _play(planned: Sequence[PlannedRun], path: Path, threads: int, written: Writ
         else:
             echo(f"no playback of {run.controller}: {result}", err=True)
     if traces:
-        written(lambda: write_side_by_side(traces, path, command=command_line()))
+        written(lambda: write_side_by_side(traces, path, command=typed_command()))

@@ -97,7 +97,7 @@ def announce_command(arguments: Sequence[str]) -> None:
         announce(f"{arguments[0]}: loading libraries")
 
 
-def command_line() -> str:
+def typed_command() -> str:
     """Return the command of this process, to be typed again; empty in another program."""
     if os.path.basename(sys.argv[0]) not in ("hexapod-pin", "__main__.py"):
         return ""
