@@ -97,13 +97,6 @@ def announce_command(arguments: Sequence[str]) -> None:
         announce(f"{arguments[0]}: loading libraries")
 
 
-def typed_command() -> str:
-    """Return the command of this process, to be typed again; empty in another program."""
-    if os.path.basename(sys.argv[0]) not in ("hexapod-pin", "__main__.py"):
-        return ""
-    return shlex.join(["hexapod-pin", *sys.argv[1:]])
-
-
 # Exit status: 0 done, 1 missed, 2 refused or failed, 3 ran with a bad result, 128 + n a signal.
 #
 # 1: a row of a table that was run missed its number, or met one registered as an expected failure.
