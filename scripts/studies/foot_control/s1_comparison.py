@@ -164,11 +164,15 @@ What misses, and why (further runs, seed 20261128).
 - *Medians of energy.* Strides are short here. Lifting a foot costs the same work at every stroke,
   and targets save none of it: on flat ground they save 4 % at strokes of 40 to 50 mm and 8 % at 70
   to 80 mm (medians), one point per 10 mm by regression over all walks. With 100 mm it is 13 %
-  (athena, tripod) and 9 % (kharagpur, tetrapod). Pushing soles down costs 1 to 4 points of energy,
-  so less is known of the sole, more is saved of energy, and less of all else.
+  (athena, tripod) and 9 % (kharagpur, tetrapod). Pushing soles down costs 1 to 4 points of energy:
+  a controller that does not know the sole saves more energy, and improves all else less.
 - *Slip path without parts, athena with S1's contact.* It is the error of the integration of
   conventional control, which slips 2 to 4 % too far there at the default accuracy: at an accuracy
   of 1e-6 both paths agree within 0.1 % (two gaits).
+- *Torques of two-sided deviations across the way, own posture, sticking contact.* The slope takes
+  tan 7 degrees = 0.12 of the cone of 0.35; what is left props legs too little. With
+  `ForceTargets(friction=0.47)` torque RMS changes by 0 % and its peak by -4 and +6 % (one walk of
+  each robot).
 - *Nothing asked, but worth knowing.* Where deviations are corrected both ways, feet on S1's contact
   creep up to their targets in the robot's own posture, and slide as far as without."""
 
