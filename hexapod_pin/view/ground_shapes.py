@@ -30,27 +30,22 @@ HEIGHT_DIGITS = 1e-4
 MARGIN = 5.0  # ground around the path, reaches of the robot
 
 
-def ground_rectangle(
-    trace: Trace, sizes: Sizes, margin: tuple[float, float] = (MARGIN, MARGIN)
-) -> tuple[Array, Array, float]:
+def ground_rectangle(trace: Trace, sizes: Sizes) -> tuple[Array, Array, float]:
     """Return two corners (2,) of the ground around the path and the spacing of its grid [m].
 
     Args:
         trace: what is drawn.
         sizes: lengths that fit it.
-        margin: around the path along x and y, in reaches of the robot.
     """
     spacing = float(10.0 ** round(math.log10(0.5 * sizes.reach)))
-    around = sizes.reach * np.asarray(margin)
+    around = sizes.reach * MARGIN
     path = middle(trace, np.arange(len(trace.time)))
     low = np.floor((path.min(axis=0) - around) / spacing) * spacing
     high = np.ceil((path.max(axis=0) + around) / spacing) * spacing
     return low, high, spacing
 
 
-def ground_data(
-    trace: Trace, sizes: Sizes, block: SampleBlock, margin: tuple[float, float] = (MARGIN, MARGIN)
-) -> dict[str, Any]:
+def ground_data(trace: Trace, sizes: Sizes, block: SampleBlock) -> dict[str, Any]:
     """Return the ground under the whole path as the page draws it.
 
     A grid of heights over a rectangle, of which the indices of triangles follow, or corners and
@@ -60,17 +55,16 @@ def ground_data(
         trace: what is drawn.
         sizes: lengths that fit it.
         block: takes the heights.
-        margin: around the path along x and y, in reaches of the robot.
     """
-    low, high, spacing = ground_rectangle(trace, sizes, margin)
+    low, high, spacing = ground_rectangle(trace, sizes)
     terrain, above = terrain_of(trace), 2e-3 * sizes.reach
     found: dict[str, Any] = {
         "low": low.tolist(), "high": high.tolist(), "spacing": spacing, "level": is_level(terrain)
     }  # fmt: skip
     if terrain is None or is_level(terrain):
         heights = np.full((2, 2), sizes.ground)
-    elif isinstance(terrain.surface(), Polyline):
-        vertices, triangles = ground_mesh(terrain, low, high)
+    elif isinstance(line := terrain.surface(), Polyline):
+        vertices, triangles = _ribbon(line, low, high)
         found["mesh"] = (
             block.add(vertices, 1e-5, order=1), block.add(triangles.ravel(), 1.0, order=1)
         )  # fmt: skip
@@ -115,23 +109,6 @@ def is_level(terrain: AnyTerrain | None) -> bool:
         return True
     surface = terrain.surface()
     return isinstance(surface, Plane) and surface.normal[2] == 1.0
-
-
-def ground_mesh(terrain: AnyTerrain, low: Array, high: Array) -> tuple[Array, npt.NDArray[np.intp]]:
-    """Return vertices (V, 3) [m] and triangles (F, 3) of the ground over a rectangle.
-
-    Args:
-        terrain: the ground, drawn at rest.
-        low: x, y of the rectangle's corner [m].
-        high: x, y of the opposite corner [m].
-    """
-    surface = terrain.surface()
-    if isinstance(surface, Polyline):
-        return _ribbon(surface, low, high)
-    heights = ground_heights(terrain, low, high)
-    x, y = (np.linspace(low[k], high[k], len(heights)) for k in range(2))
-    vertices = np.stack([*np.meshgrid(x, y), heights], axis=-1)
-    return vertices.reshape(-1, 3), _triangles(*heights.shape)
 
 
 def ground_heights(terrain: AnyTerrain, low: Array, high: Array) -> Array:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -166,47 +166,6 @@ class RobotShapes:
             return None
         frame = self.model.frames[self.model.getFrameId(name, pin.FrameType.BODY)]
         return np.array(frame.placement.translation) if frame.parentJoint == joint else None
-
-    def poses(self, q: Array, joint_names: Sequence[str]) -> dict[str, tuple[Array, Array]]:
-        """Return where every body is, by forward kinematics.
-
-        Args:
-            q: (K, 7 + n) base position and quaternion x y z w, joint angles [m, -, rad].
-            joint_names: the n joints.
-
-        Returns:
-            Positions (K, 3) [m] and quaternions x y z w (K, 4) in the world, by body.
-
-        Raises:
-            ViewerError: the URDF has no joint of that name.
-        """
-        import pinocchio as pin
-
-        data = self.model.createData()
-        bodies = self.model.names[1:]
-        position, attitude = np.empty((len(bodies), len(q), 3)), np.empty((len(bodies), len(q), 4))
-        for k, configuration in enumerate(self._configurations(q, joint_names)):
-            pin.forwardKinematics(self.model, data, configuration)
-            for b in range(len(bodies)):
-                position[b, k] = data.oMi[b + 1].translation
-                attitude[b, k] = pin.Quaternion(data.oMi[b + 1].rotation).coeffs()
-        return {name: (position[b], attitude[b]) for b, name in enumerate(bodies)}
-
-    def _configurations(self, q: Array, joint_names: Sequence[str]) -> Array:
-        """Return `q` in the order of the drawn model, joints found by name."""
-        import pinocchio as pin
-
-        ordered = np.tile(pin.neutral(self.model), (len(q), 1))
-        ordered[:, :7] = q[:, :7]
-        for k, name in enumerate(joint_names):
-            if not self.model.existJointName(name):
-                raise ViewerError(f"the trace's URDF has no joint {name!r} to draw.")
-            joint = self.model.joints[self.model.getJointId(name)]
-            angle = q[:, 7 + k]
-            ordered[:, joint.idx_q] = angle if joint.nq == 1 else np.cos(angle)
-            if joint.nq == 2:
-                ordered[:, joint.idx_q + 1] = np.sin(angle)
-        return ordered
 
 
 def _without_meshes(urdf: str) -> str:

@@ -7,23 +7,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.drive.catalog import MotorRecord
-from hexapod_pin.drive.catalog.motor_record import Derating
 from hexapod_pin.drive.motor import Motor
 from hexapod_pin.errors import HexapodError
 from hexapod_pin.ground.terrain import PatchedGround, ShakingGround
-from hexapod_pin.results.joint_budget import joint_kinds
 from hexapod_pin.results.sizing.motor_budget import motor_budget
-from hexapod_pin.results.stability import stability
 from hexapod_pin.results.steady_window import steady_window
-from hexapod_pin.results.torque_budget import TorqueBudget, torque_budget
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.walk_answer import WalkAnswer
 from hexapod_pin.results.walk_verdict import walk_verdict
@@ -31,8 +25,8 @@ from hexapod_pin.view.ground_shapes import Sizes, eye_level, ground_data, middle
 from hexapod_pin.view.robot_shapes import RobotShapes
 from hexapod_pin.view.sample_block import SampleBlock
 from hexapod_pin.view.scene_graph import DrawnMeshes, feet_of, loads_of, robot_tree
-
-Indices = npt.NDArray[np.intp]
+from hexapod_pin.view.torque_limits import limits_of
+from hexapod_pin.view.worst_instants import budget_of, kinds_of, margins_of, worst_instants
 
 ERROR_SHARE = 0.1
 """Resolution of samples, over the run's error."""
@@ -59,57 +53,6 @@ SPEED_DIGITS = 2e-3
 """Resolution of joint rates [rad/s]."""
 
 
-@dataclass(frozen=True)
-class Limits:
-    """What torques are held against: a torque that falls with speed, or is constant.
-
-    Attributes:
-        name: in words, such as "AX-12A, derated".
-        stall: of every joint at rest [N m]; infinite where there is none. Shape (n,).
-        slope: loss of torque with speed in the torque's direction [N m s/rad]. Shape (n,).
-        per_torque: current of a motor over its torque [A/(N m)]; None where it is not known.
-    """
-
-    name: str
-    stall: Array
-    slope: Array
-    per_torque: float | None = None
-
-    def use(self, torque: Array, speed: Array) -> Array:
-        """Return |torque| over what is allowed [-], as `MotorUse.peak_use`; shape (T, n)."""
-        allowed = self.stall - self.slope * np.sign(torque) * speed
-        size = np.abs(torque)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            share = np.where(allowed > 0.0, size / allowed, np.inf)
-        return np.where(size > 0.0, share, 0.0)
-
-
-def limits_of(trace: Trace, record: MotorRecord | None, derating: Derating | None = None) -> Limits:
-    """Return the derated line of a motor thought of, else of the run's own motor, else limits.
-
-    Args:
-        trace: of the run.
-        record: a row of the catalogue; None: the run's motor, or its joints' torque limits.
-        derating: what of `record` may be used; None: the defaults.
-    """
-    count = len(trace.joint_names)
-    scene = trace.run.scene
-    if record is not None and record.no_load_speed is not None:
-        share = derating or Derating()
-        stall = share.peak * share.voltage * record.stall_torque
-        slope = share.peak * record.stall_torque / record.no_load_speed
-        current = record.stall_current
-        per_torque = None if current is None else current / record.stall_torque
-        name = f"{record.name}, derated ({share.peak:g} of its line, {share.voltage:g} U)"
-        return Limits(name, np.full(count, stall), np.full(count, slope), per_torque)
-    motor = None if scene is None else scene.servo.motor
-    if isinstance(motor, Motor):
-        slope = motor.stall_torque / motor.no_load_speed
-        top = motor.stall_torque * motor.voltage_ratio
-        return Limits("the motor's line, as simulated", np.full(count, top), np.full(count, slope))
-    return Limits("torque limit", trace.run.robot.effort(count), np.zeros(count))
-
-
 def run_data(
     trace: Trace, shapes: RobotShapes, block: SampleBlock, meshes: DrawnMeshes, *,
     name: str = "", record: MotorRecord | None = None, force_scale: float | None = None,
@@ -127,7 +70,9 @@ def run_data(
     """
     sizes, limits = Sizes.of(trace, force_scale), limits_of(trace, record)
     feet = feet_of(trace, shapes)
-    window = _window(trace)
+    window, margin = _window(trace), margins_of(trace) if feet else None
+    worst = worst_instants(trace, limits, feet, window, margin)
+    least = next((row["value"] for row in worst if row["key"] == "margin"), None)
     start = middle(trace, np.zeros(1, dtype=np.intp))[0] - trace.q[0, :2]
     return {
         "name": name or trace.run.robot.name,
@@ -149,15 +94,10 @@ def run_data(
             "stall": [None if math.isinf(x) else float(x) for x in limits.stall],
             "slope": limits.slope.tolist(), "per_torque": limits.per_torque,
         },
-        "channels": channels(trace, feet, block),
-        "worst": worst_instants(trace, limits, feet, window),
-        **header(trace, record),
+        "channels": channels(trace, feet, block, margin),
+        "worst": worst,
+        **header(trace, record, None if window is None else least),
     }  # fmt: skip
-
-
-def kinds_of(trace: Trace) -> tuple[str, ...]:
-    """Return the kind of every joint."""
-    return joint_kinds(trace.joint_names, len(trace.foot_names), trace.run.robot.joint_kinds)
 
 
 def _window(trace: Trace) -> list[float] | None:
@@ -196,7 +136,9 @@ def _step_below(value: float) -> float:
     )
 
 
-def channels(trace: Trace, feet: Sequence[Mapping[str, Any]], block: SampleBlock) -> dict[str, int]:
+def channels(
+    trace: Trace, feet: Sequence[Mapping[str, Any]], block: SampleBlock, margin: Array | None
+) -> dict[str, int]:
     """Pack the samples of a run; return their places in the block by name.
 
     `place`, `turn`, `angle`, `speed`; where recorded `torque`; of contacts `force`, `foot`,
@@ -226,7 +168,6 @@ def channels(trace: Trace, feet: Sequence[Mapping[str, Any]], block: SampleBlock
         if factor is not None:
             constant = np.ptp(factor) == 0.0
             found["friction"] = block.add(factor[:1] if constant else factor, 1e-4)
-        margin = _margins(trace)
         if margin is not None:
             found["margin"] = block.add(margin, 1e-5)
     requested = getattr(trace, "requested", None)
@@ -258,140 +199,19 @@ def friction(trace: Trace) -> Array | None:
     return shares
 
 
-def _margins(trace: Trace) -> Array | None:
-    """Return the static margin at every sample (T,) [m]; None where it is not known."""
-    try:
-        return stability(trace, whole=True).static_margin
-    except HexapodError:
-        return None
-
-
-# Worst instants: the numbers of the budget, and when.
-
-
-def worst_instants(
-    trace: Trace, limits: Limits, feet: Sequence[Mapping[str, Any]],
-    window: Sequence[float] | None,
-) -> list[dict[str, Any]]:  # fmt: skip
-    """Return what was largest when: of each kind of joint, feet, stability and trunk.
-
-    Peaks of torque, speed, power and force are those of the budget, at integration steps, which
-    may lie between samples; the others are of samples. All are of the window, else of the run.
-
-    Each has `key`, `what`, `value`, `error` (None where it is not known), `unit`, `digits`, `time`
-    [s], and where they apply `joint`, `foot` and `use` [-].
-    """
-    inside = np.ones(len(trace.time), dtype=bool)
-    if window is not None:
-        inside = (trace.time >= window[0]) & (trace.time <= window[1])
-    found = _joint_rows(trace, limits, inside)
-    if feet:
-        found.append(_force_row(trace, feet, inside))
-        margin = _margins(trace)
-        if margin is not None:
-            k = _arg(margin, inside, least=True)
-            found.append(_row("margin", "stability margin", margin[k], "m", trace.time[k]))
-    roll, pitch = _roll_pitch(trace)
-    for key, values in (("roll", roll), ("pitch", pitch)):
-        k = _arg(np.abs(values), inside)
-        found.append(_row(key, f"trunk {key}", values[k], "rad", trace.time[k]))
-    return [row for row in found if math.isfinite(row["time"])]
-
-
-def _row(
-    key: str, what: str, value: float, unit: str, time: float, **more: Any
-) -> dict[str, Any]:  # fmt: skip
-    number = float(value) if math.isfinite(value) else None
-    return {"key": key, "what": what, "value": number, "unit": unit, "time": float(time), **more}
-
-
-def _arg(values: Array, inside: Array, least: bool = False) -> int:
-    """Return the sample of the largest, or least, value among those inside."""
-    shown = np.where(inside, values, np.inf if least else -np.inf)
-    return int(np.argmin(shown) if least else np.argmax(shown))
-
-
-def _joint_rows(trace: Trace, limits: Limits, inside: Array) -> list[dict[str, Any]]:
-    if "torque" not in trace.recorded or not trace.joint_names:
-        return []
-    speed, names = trace.v[:, 6:], list(trace.joint_names)
-    budget = _budget(trace)
-    gathered = budget is not None and trace.has_summary
-    use = limits.use(trace.torque, speed)
-    rows, kinds = [], kinds_of(trace)
-    for kind in dict.fromkeys(kinds):
-        own = np.array([k for k, name in enumerate(kinds) if name == kind])
-        if budget is not None:
-            worst = next(row for row in budget.kinds if row.kind == kind).peak
-            joint, value = names.index(worst.joint), worst.torque_peak
-            time, error = worst.torque_peak_time, worst.torque_peak_error
-        else:
-            k, joint = _largest(np.abs(trace.torque), own, inside)
-            value, time, error = abs(trace.torque[k, joint]), trace.time[k], None
-        more = {} if limits.slope[joint] or math.isinf(limits.stall[joint]) else {
-            "use": float(value / limits.stall[joint]) if limits.stall[joint] > 0.0 else None
-        }  # fmt: skip
-        rows.append(_row(f"{kind} torque", f"{kind} torque", value, "N m", time, error=error,
-                         joint=joint, **more))  # fmt: skip
-        if limits.slope[own].any():
-            k, joint = _largest(use, own, inside)
-            share = float(use[k, joint])
-            rows.append(_row(f"{kind} use", f"{kind} use of limit", share, "1", trace.time[k],
-                             joint=joint))  # fmt: skip
-        k, joint = _largest(np.abs(speed), own, inside)
-        value, time = abs(speed[k, joint]), trace.time[k]
-        if gathered:
-            joint = int(own[np.argmax(np.abs(trace.summary.speed_peak[own]))])
-            value = abs(trace.summary.speed_peak[joint])
-            time = trace.summary.speed_peak_time[joint]
-        rows.append(_row(f"{kind} speed", f"{kind} speed", value, "rad/s", time, joint=joint))
-    joint, value = 0, 0.0
-    if gathered:
-        joint = int(np.argmax(np.abs(trace.summary.power_peak)))
-        value, time = trace.summary.power_peak[joint], trace.summary.power_peak_time[joint]
-    else:
-        power = trace.torque * speed
-        k, joint = _largest(np.abs(power), np.arange(len(names)), inside)
-        value, time = power[k, joint], trace.time[k]
-    rows.append(_row("power", "joint power", value, "W", time, joint=joint))
-    return rows
-
-
-def _largest(values: Array, own: Indices, inside: Array) -> tuple[int, int]:
-    """Return sample and joint of the largest value among some joints."""
-    shown = np.where(inside[:, None], values[:, own], -np.inf)
-    k, column = np.unravel_index(int(np.argmax(shown)), shown.shape)
-    return int(k), int(own[column])
-
-
-def _force_row(
-    trace: Trace, feet: Sequence[Mapping[str, Any]], inside: Array
-) -> dict[str, Any]:  # fmt: skip
-    if _budget(trace) is not None and trace.has_summary and len(trace.summary.force_peak):
-        foot = int(np.argmax(trace.summary.force_peak))
-        value, time = trace.summary.force_peak[foot], trace.summary.force_peak_time[foot]
-        error = float(trace.summary.error_of("force_peak")[foot])
-    else:
-        k, foot = _largest(trace.normal_force, np.arange(len(feet)), inside)
-        value, time, error = trace.normal_force[k, foot], trace.time[k], math.nan
-    known = None if math.isnan(error) else error
-    return _row("force", "normal force of a foot", value, "N", time, foot=foot, error=known)
-
-
-def _roll_pitch(trace: Trace) -> tuple[Array, Array]:
-    """Return roll and pitch of the trunk (T,), of Rz(yaw) Ry(pitch) Rx(roll) [rad]."""
-    x, y, z, w = (trace.q[:, 3:7] / np.linalg.norm(trace.q[:, 3:7], axis=1, keepdims=True)).T
-    roll = np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
-    return roll, np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0))
-
-
 # The header: verdict, gait, contact, accuracy, version.
 
 
-def header(trace: Trace, record: MotorRecord | None) -> dict[str, Any]:
-    """Return verdict, gait, ground, contact, motor, accuracy and versions, in words."""
+def header(trace: Trace, record: MotorRecord | None, margin: float | None) -> dict[str, Any]:
+    """Return verdict, gait, ground, contact, motor, accuracy and versions, in words.
+
+    Args:
+        trace: of the run.
+        record: the motor that is judged; None for none.
+        margin: the least one of steady walking [m]; None where it is not known.
+    """
     run = trace.run
-    good, verdict = _verdict(trace, record)
+    good, verdict = _verdict(trace, record, margin)
     facts = {"gait": _gait(run.case.controller)}
     scene = run.scene
     if scene is not None:
@@ -399,8 +219,7 @@ def header(trace: Trace, record: MotorRecord | None) -> dict[str, Any]:
         facts["contact"] = f"{scene.contact.normal.kind}, {scene.contact.friction.kind}"
         mu = scene.contact.friction.limit
         facts["contact"] += f" (mu {mu:g})"
-        own = "set" if scene.servo.motor is not None else ""
-        facts["motor"] = record.name if record is not None else own
+        facts["motor"] = record.name if record is not None else _own_motor(scene.servo.motor)
     facts["accuracy"] = _accuracy(trace)
     facts["version"] = run.versions.get("hexapod-pin", "")
     return {
@@ -411,25 +230,23 @@ def header(trace: Trace, record: MotorRecord | None) -> dict[str, Any]:
     }
 
 
-def _verdict(trace: Trace, record: MotorRecord | None) -> tuple[bool | None, str]:
+def _own_motor(motor: object) -> str:
+    """Return the line of the run's motor; empty without one, or with several."""
+    if not isinstance(motor, Motor):
+        return ""
+    return f"stall {motor.stall_torque:.3g} N m, no load {motor.no_load_speed:.3g} rad/s"
+
+
+def _verdict(
+    trace: Trace, record: MotorRecord | None, margin: float | None
+) -> tuple[bool | None, str]:
     try:
-        margin: float | None = stability(trace).least("static_margin")[0]
-    except HexapodError:
-        margin = None
-    try:
-        verdict, budget = walk_verdict(trace), _budget(trace)
+        verdict, budget = walk_verdict(trace), budget_of(trace)
         motor = None if record is None or budget is None else motor_budget(trace, record)
         answer = WalkAnswer(verdict, budget, "", margin, motor, {}, 0.0)
     except HexapodError as error:
         return None, f"not judged: {error}"
     return answer.good, answer.headline
-
-
-def _budget(trace: Trace) -> TorqueBudget | None:
-    try:
-        return torque_budget(trace)
-    except HexapodError:
-        return None
 
 
 def _gait(controller: Mapping[str, Any]) -> str:

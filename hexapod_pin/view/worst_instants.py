@@ -1,0 +1,163 @@
+"""The worst instants of a run: what was largest when, of joints, feet, stability and trunk."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from hexapod_pin.arrays import Array
+from hexapod_pin.errors import HexapodError
+from hexapod_pin.results.joint_budget import joint_kinds
+from hexapod_pin.results.stability import stability
+from hexapod_pin.results.torque_budget import TorqueBudget, torque_budget
+from hexapod_pin.results.trace import Trace
+from hexapod_pin.view.torque_limits import Limits
+
+Indices = npt.NDArray[np.intp]
+
+
+def worst_instants(
+    trace: Trace, limits: Limits, feet: Sequence[Mapping[str, Any]],
+    window: Sequence[float] | None, margin: Array | None,
+) -> list[dict[str, Any]]:  # fmt: skip
+    """Return what was largest when: of each kind of joint, feet, stability and trunk.
+
+    Peaks of torque, speed, power and force are those of the budget, at integration steps, which
+    may lie between samples; the others are of samples. All are of the window, else of the run.
+
+    Each has `key`, `what`, `value`, `unit`, `time` [s], and where they apply `error` (None where it
+    is not known), `joint`, `foot` and `use` [-].
+
+    Args:
+        trace: of the run.
+        limits: what torques are held against.
+        feet: the contact points; empty where contacts were not recorded.
+        window: first and last time that count [s]; None: all.
+        margin: static stability margin at the samples (T,) [m]; None where it is not known.
+    """
+    inside = np.ones(len(trace.time), dtype=bool)
+    if window is not None:
+        inside = (trace.time >= window[0]) & (trace.time <= window[1])
+    found = _joint_rows(trace, limits, inside)
+    if feet:
+        found.append(_force_row(trace, feet, inside))
+        if margin is not None:
+            k = _arg(margin, inside, least=True)
+            found.append(_row("margin", "stability margin", margin[k], "m", trace.time[k]))
+    roll, pitch = _roll_pitch(trace)
+    for key, values in (("roll", roll), ("pitch", pitch)):
+        k = _arg(np.abs(values), inside)
+        found.append(_row(key, f"trunk {key}", values[k], "rad", trace.time[k]))
+    return [row for row in found if math.isfinite(row["time"])]
+
+
+def _row(
+    key: str, what: str, value: float, unit: str, time: float, **more: Any
+) -> dict[str, Any]:  # fmt: skip
+    number = float(value) if math.isfinite(value) else None
+    return {"key": key, "what": what, "value": number, "unit": unit, "time": float(time), **more}
+
+
+def _arg(values: Array, inside: Array, least: bool = False) -> int:
+    """Return the sample of the largest, or least, value among those inside."""
+    shown = np.where(inside, values, np.inf if least else -np.inf)
+    return int(np.argmin(shown) if least else np.argmax(shown))
+
+
+def _joint_rows(trace: Trace, limits: Limits, inside: Array) -> list[dict[str, Any]]:
+    if "torque" not in trace.recorded or not trace.joint_names:
+        return []
+    speed, names = trace.v[:, 6:], list(trace.joint_names)
+    budget = budget_of(trace)
+    gathered = budget is not None and trace.has_summary
+    use = limits.use(trace.torque, speed)
+    rows, kinds = [], kinds_of(trace)
+    for kind in dict.fromkeys(kinds):
+        own = np.array([k for k, name in enumerate(kinds) if name == kind])
+        if budget is not None:
+            worst = next(row for row in budget.kinds if row.kind == kind).peak
+            joint, value = names.index(worst.joint), worst.torque_peak
+            time, error = worst.torque_peak_time, worst.torque_peak_error
+        else:
+            k, joint = _largest(np.abs(trace.torque), own, inside)
+            value, time, error = abs(trace.torque[k, joint]), trace.time[k], None
+        more = {} if limits.slope[joint] or math.isinf(limits.stall[joint]) else {
+            "use": float(value / limits.stall[joint]) if limits.stall[joint] > 0.0 else None
+        }  # fmt: skip
+        rows.append(_row(f"{kind} torque", f"{kind} torque", value, "N m", time, error=error,
+                         joint=joint, **more))  # fmt: skip
+        if limits.slope[own].any():
+            k, joint = _largest(use, own, inside)
+            share = float(use[k, joint])
+            rows.append(_row(f"{kind} use", f"{kind} use of limit", share, "1", trace.time[k],
+                             joint=joint))  # fmt: skip
+        k, joint = _largest(np.abs(speed), own, inside)
+        value, time = abs(speed[k, joint]), trace.time[k]
+        if gathered:
+            joint = int(own[np.argmax(np.abs(trace.summary.speed_peak[own]))])
+            value = abs(trace.summary.speed_peak[joint])
+            time = trace.summary.speed_peak_time[joint]
+        rows.append(_row(f"{kind} speed", f"{kind} speed", value, "rad/s", time, joint=joint))
+    joint, value = 0, 0.0
+    if gathered:
+        joint = int(np.argmax(np.abs(trace.summary.power_peak)))
+        value, time = trace.summary.power_peak[joint], trace.summary.power_peak_time[joint]
+    else:
+        power = trace.torque * speed
+        k, joint = _largest(np.abs(power), np.arange(len(names)), inside)
+        value, time = power[k, joint], trace.time[k]
+    rows.append(_row("power", "joint power", value, "W", time, joint=joint))
+    return rows
+
+
+def _largest(values: Array, own: Indices, inside: Array) -> tuple[int, int]:
+    """Return sample and joint of the largest value among some joints."""
+    shown = np.where(inside[:, None], values[:, own], -np.inf)
+    k, column = np.unravel_index(int(np.argmax(shown)), shown.shape)
+    return int(k), int(own[column])
+
+
+def _force_row(
+    trace: Trace, feet: Sequence[Mapping[str, Any]], inside: Array
+) -> dict[str, Any]:  # fmt: skip
+    if budget_of(trace) is not None and trace.has_summary and len(trace.summary.force_peak):
+        foot = int(np.argmax(trace.summary.force_peak))
+        value, time = trace.summary.force_peak[foot], trace.summary.force_peak_time[foot]
+        error = float(trace.summary.error_of("force_peak")[foot])
+    else:
+        k, foot = _largest(trace.normal_force, np.arange(len(feet)), inside)
+        value, time, error = trace.normal_force[k, foot], trace.time[k], math.nan
+    known = None if math.isnan(error) else error
+    return _row("force", "normal force of a foot", value, "N", time, foot=foot, error=known)
+
+
+def _roll_pitch(trace: Trace) -> tuple[Array, Array]:
+    """Return roll and pitch of the trunk (T,), of Rz(yaw) Ry(pitch) Rx(roll) [rad]."""
+    x, y, z, w = (trace.q[:, 3:7] / np.linalg.norm(trace.q[:, 3:7], axis=1, keepdims=True)).T
+    roll = np.arctan2(2.0 * (w * x + y * z), 1.0 - 2.0 * (x * x + y * y))
+    return roll, np.arcsin(np.clip(2.0 * (w * y - z * x), -1.0, 1.0))
+
+
+def kinds_of(trace: Trace) -> tuple[str, ...]:
+    """Return the kind of every joint."""
+    return joint_kinds(trace.joint_names, len(trace.foot_names), trace.run.robot.joint_kinds)
+
+
+def budget_of(trace: Trace) -> TorqueBudget | None:
+    """Return the torque budget; None of a run without a whole cycle."""
+    try:
+        return torque_budget(trace)
+    except HexapodError:
+        return None
+
+
+def margins_of(trace: Trace) -> Array | None:
+    """Return the static margin at every sample (T,) [m]; None where it is not known."""
+    try:
+        return stability(trace, whole=True).static_margin
+    except HexapodError:
+        return None
