@@ -56,7 +56,7 @@ const bar = {
     const groups = [];
     worst.map((row, k) => [this.x(row.time), k + 1]).sort((a, b) => a[0] - b[0]).forEach(([x, number]) => {
       const last = groups.at(-1);
-      if (last && x - last.x < 42) last.numbers.push(number); else groups.push({x, numbers: [number]});
+      if (last && x - last.x < 52) last.numbers.push(number); else groups.push({x, numbers: [number]});
     });
     q.fillStyle = ink.hot;
     q.textAlign = "center";
