@@ -87,7 +87,9 @@ def test_motor_is_the_line_of_the_row() -> None:
     assert motor.armature == pytest.approx(record.joint_armature, rel=1e-12)
     record = CATALOG.get("XC430-W150", 12.0)
     other = record.model_copy(update={"stall_current": 100.0, "torque_constant": 1.0})
-    assert other.motor(0.8) == record.motor(0.8)
+    driven = other.motor(0.8)
+    assert driven.torque_constant == 1.0  # for the currents that a run can record
+    assert driven.model_copy(update={"torque_constant": None}) == record.motor(0.8)
     robot = hp.load_robot("kharagpur")
     servo = hp.Servo.for_robot(robot).model_copy(update={"motor": CATALOG.get("MG996R").motor()})
     assert {motor.stall_torque for motor in servo.motors(robot) if motor} == {1.079}

@@ -15,7 +15,6 @@ from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import HexapodError, ParameterError
 from hexapod_pin.results.comparison import Comparison, Outcome, failures, notes, scene_table
 from hexapod_pin.results.gait_energy import GaitEnergy
-from hexapod_pin.results.grid_columns import GridResult
 from hexapod_pin.results.result_files import check_ending
 from hexapod_pin.results.schema import schema
 from hexapod_pin.results.torque_map import TorqueMap
@@ -73,7 +72,7 @@ def write_study_report(
     Example:
         >>> write_study_report(comparison, "comparison.html")  # doctest: +SKIP
     """
-    if not isinstance(found, Comparison | GridResult | SweepNumbers):
+    if not isinstance(found, Comparison | TorqueMap | GaitEnergy | SweepNumbers):
         allowed = "a Comparison, a sweep's result, a TorqueMap or a GaitEnergy"
         raise ParameterError("found", found, allowed)
     check_ending(path, ENDINGS)
@@ -84,7 +83,7 @@ def study_blocks(found: Result, date: str = "", command: str = "") -> Iterator[B
     """Return the whole report."""
     if isinstance(found, Comparison):
         yield from _of_comparison(found, date, command)
-    elif isinstance(found, GridResult):
+    elif isinstance(found, TorqueMap | GaitEnergy):
         yield from _of_grid(found, date, command)
     else:
         yield from _of_sweep(found, date, command)
