@@ -172,6 +172,7 @@ def pool() -> Mapping[type, list[Any]]:
     """Return instances by their class, those in others' fields included."""
     found: dict[type, list[Any]] = collections.defaultdict(list)
     roots = [*_controllers(), *_functions_of_time(), *_grounds(), *_laws(), *_runs(), *_parts()]
+    roots.append(material.walk().plot)
     for one in _within(roots, set()):
         found[type(one)].append(one)
     return found
@@ -450,6 +451,7 @@ BY_NAME: Mapping[str, Any] = {
     "Summary.save.path": lambda: material.new_file("json"),
     "view.write_html.path": lambda: material.new_file("html"),
     "view.write_side_by_side.path": lambda: material.new_file("html"),
+    "view.write_study_report.path": lambda: material.new_file("html"),
     "view.write_selection_report.path": lambda: material.new_file("html"),
     "load_study.path": _study_file,
     "path": lambda: str(material.new_file("nc")),
