@@ -13,7 +13,7 @@ import pytest
 import hexapod_pin as hp
 from hexapod_pin.drive.servo import PLAUSIBLE, SAG, assumed_gains, settling_time
 from hexapod_pin.robot.holding_torque import standing_torque
-from hexapod_pin.robot.leg_geometry import leg_length
+from hexapod_pin.robot.robot import leg_length
 
 
 def with_effort(folder: Path, effort: float) -> hp.Robot:

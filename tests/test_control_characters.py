@@ -29,9 +29,9 @@ from hexapod_pin.results.motor_selection import (
     KindUse,
     MotorCandidate,
     MotorSelection,
-    write_selection_csv,
 )
 from hexapod_pin.results.result_files import Column
+from hexapod_pin.results.selection_csv import write_selection_csv
 from hexapod_pin.study.runs.sweep_result import sweep_csv
 from hexapod_pin.validation.machine import Machine
 from hexapod_pin.view import html

@@ -15,7 +15,7 @@ from hexapod_pin.control.feasible_gait import fit_gait
 from hexapod_pin.control.gait import GAITS, LEG_ORDER, Gait, smallest_duty, wave_phases
 from hexapod_pin.control.stroke_posture import longest_stroke_posture
 from hexapod_pin.errors import GaitError, ParameterError, UnknownNameError
-from hexapod_pin.robot.leg_geometry import leg_length
+from hexapod_pin.robot.robot import leg_length
 
 S2_ORDER = [LEG_ORDER.index(leg) for leg in ("lf", "rf", "lm", "rm", "lr", "rr")]
 TABLES = [

@@ -15,7 +15,7 @@ from hexapod_pin.errors import GaitError, ParameterError
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.robot.holding_torque import STANDARD_GRAVITY
 from hexapod_pin.robot.leg_bodies import leg_bodies
-from hexapod_pin.robot.leg_geometry import leg_length
+from hexapod_pin.robot.robot import leg_length
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.robot import Robot

@@ -20,8 +20,7 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.drive.motor import Motor
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.robot.holding_torque import STANDARD_GRAVITY, SUPPORT, standing_torque
-from hexapod_pin.robot.leg_geometry import leg_length
-from hexapod_pin.robot.robot import once_per_robot
+from hexapod_pin.robot.robot import leg_length, once_per_robot
 from hexapod_pin.spec import Spec, require_factor
 
 if TYPE_CHECKING:

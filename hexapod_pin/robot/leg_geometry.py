@@ -9,11 +9,9 @@ it: height, and travel along one horizontal direction; its foot then scrubs in t
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,10 +21,6 @@ from hexapod_pin.errors import ReachError
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.robot.rotations import cross
 from hexapod_pin.robot.serial_chain import SerialChain
-
-if TYPE_CHECKING:
-    from hexapod_pin.robot.robot import Robot
-
 
 # Closed-form geometry of a yaw-pitch-pitch leg.
 #
@@ -374,13 +368,3 @@ def closed_form_determinant(geometry: YawPitchPitch, q: Array) -> Array:
 
 
 # How long a robot's legs are.
-
-
-def leg_length(robot: Robot) -> float:
-    """Return the length of the longest leg from its first joint to its foot, stretched [m]."""
-    model, found = robot.model, 0.0
-    for foot in robot.feet:
-        chain = [j for j in model.supports[model.getJointId(foot.joint)] if j > 1]
-        links = [model.jointPlacements[j].translation for j in chain[1:]] + [foot.offset]
-        found = max(found, math.fsum(float(np.linalg.norm(link)) for link in links))
-    return found

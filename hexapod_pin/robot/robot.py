@@ -192,6 +192,16 @@ class Robot(Immutable):
         return joint_angles(self.joint_names, self.posture, posture)
 
 
+def leg_length(robot: Robot) -> float:
+    """Return the length of the longest leg from its first joint to its foot, stretched [m]."""
+    model, found = robot.model, 0.0
+    for foot in robot.feet:
+        chain = [j for j in model.supports[model.getJointId(foot.joint)] if j > 1]
+        links = [model.jointPlacements[j].translation for j in chain[1:]] + [foot.offset]
+        found = max(found, math.fsum(float(np.linalg.norm(link)) for link in links))
+    return found
+
+
 def _robot_again(held: dict[str, Any], protected: tuple[str, ...]) -> Robot:
     model = build_model(parse_urdf(held["urdf"].encode(), held["source"]))
     return rebuilt(Robot, {**held, "model": model}, protected)
@@ -320,7 +330,6 @@ def robot_of(urdf: LoadedUrdf, source: str) -> Robot:
 
 def _with_mass_doubts(robot: Robot) -> Robot:
     """Return a robot with the doubt about its mass, where no legs of their length carry such."""
-    from hexapod_pin.robot.leg_geometry import leg_length
     from hexapod_pin.robot.repair.doubts import mass_doubts
 
     if not robot.legs:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.immutable import Immutable
-from hexapod_pin.robot.leg_geometry import leg_length
+from hexapod_pin.robot.robot import leg_length
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
