@@ -42,7 +42,7 @@ def _kinds(findings: Sequence[str]) -> str:
 def _kind(text: str) -> str:
     """Return the kind of a finding: between the place and the value of one of `find_all`."""
     parts = text.split(": ")
-    kind = parts[1] if len(parts) > 2 else parts[0]
+    kind = (parts[1] if len(parts) > 2 else parts[0]).partition(". ")[0]
     return kind if len(kind) <= LONGEST_KIND else kind[: LONGEST_KIND - 3].rstrip() + "..."
 
 
