@@ -104,13 +104,11 @@ class WalkPlan(Immutable):
             p_BF, np.repeat(group.kinematics.posture[:, None], len(row), 1)
         )
         v = group.kinematics.rates(v_BF, q)
-        found = (
-            group.joint_rows(q, group.posture), group.joint_rows(v, 0.0),
-            np.swapaxes(p_BF, 0, 1), np.swapaxes(v_BF, 0, 1), path.stance(row),
-        )  # fmt: skip
-        if times.ndim == 0:
-            return PlannedInstant(*(read_only(part[0]) for part in found[:4]), stance=found[4][0])
-        return PlannedInstant(*map(read_only, found[:4]), stance=found[4])
+        rows = (group.joint_rows(q, group.posture), group.joint_rows(v, 0.0))
+        places = (np.swapaxes(p_BF, 0, 1), np.swapaxes(v_BF, 0, 1))
+        at = 0 if times.ndim == 0 else slice(None)
+        angles, rates, feet, speeds = (read_only(part[at]) for part in (*rows, *places))
+        return PlannedInstant(angles, rates, feet, speeds, path.stance(row)[at])
 
     def feet(self, q: ArrayLike) -> Array:
         """Return the centres of all feet, base frame [m]: forward kinematics; see `LegGroup.feet`.

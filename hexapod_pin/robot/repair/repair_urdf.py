@@ -13,12 +13,13 @@ from dataclasses import dataclass
 from hexapod_pin.robot.description.solids import inertia_matrix, principal_moments
 from hexapod_pin.robot.description.urdf_file import Link, UrdfFile, parse_urdf
 from hexapod_pin.robot.repair.appearance import repair_appearance
+from hexapod_pin.robot.repair.doubts import grams
 from hexapod_pin.robot.repair.find_all import repair_statement
 from hexapod_pin.robot.repair.finding import Draft, RepairOptions, places_text
 from hexapod_pin.robot.repair.inertias import repair_inertias
 from hexapod_pin.robot.repair.joints import repair_joints
 from hexapod_pin.robot.repair.limits import repair_limits
-from hexapod_pin.robot.repair.masses import grams, repair_masses
+from hexapod_pin.robot.repair.masses import repair_masses
 from hexapod_pin.robot.repair.measures import MeshFinder
 from hexapod_pin.robot.repair.structure import repair_names, repair_structure
 from hexapod_pin.robot.repair.units import repair_lengths
