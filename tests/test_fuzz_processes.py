@@ -197,7 +197,8 @@ def test_the_sound_form_of_an_input():
     for seed in range(20):
         command_input._odd_output(found, random.Random(seed))
     assert found.sound[:2] == ["sweep", "study.toml"]
-    assert set(found.sound[2:]) == {"--store=usual.db", "--out=usual.nc", "--plot=usual.png"}
+    written = {"--store=usual.db", "--out=usual.nc", "--plot=usual.png", "--report=usual.html"}
+    assert set(found.sound[2:]) == written
     command = ["bench", "kharagpur", "--quick", "--duration", "0.02", "--rounds", "1"]
     drawn = [odd_options(command, random.Random(seed)) for seed in range(300)]
     assert len({words[1] for words in drawn}) > 5  # others are changed

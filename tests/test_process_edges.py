@@ -348,8 +348,8 @@ number, least = int(sys.argv.pop(1)), 0.43 if "motors.csv" in sys.argv else 0.0
 import hexapod_pin.commands.progress as bars
 def interrupting(whole):
     @contextmanager
-    def bar(title):
-        with whole(title) as found:
+    def bar(title, **how):
+        with whole(title, **how) as found:
             def progress(fraction):
                 if fraction >= least:
                     os.kill(os.getpid(), number)

@@ -37,7 +37,7 @@ ROOMS = "robot drive control scene simulation results study ground.contact groun
 
 AT_EVERY_STEP = {
     "Command()", "Measurement()", "FootControl.update", "control.SensorReader.read",
-    "control.LegGroup.joint_angles",
+    "control.LegGroup.joint_angles", "control.LegGroup.feet",
 }  # fmt: skip
 """What a run calls at every step: checked where it is used, or when it has failed."""
 

@@ -45,6 +45,7 @@ SHORT = {
         "constraint_drift": "--duration 0.02 --rounds 1",
         "contact_cost": "--duration 0.05 --rounds 1",
         "creep": "--duration 0.05",
+        "first_lines": "--most 3",
         "formulations_cost": "--rounds 1 --stiffnesses 1",
         "gain_borders": (
             "--robots kharagpur --contacts accurate --quantities slip.kp --delays 20 --points 1"
@@ -77,6 +78,7 @@ SHORT = {
         "robust_cost": "--quick",
         "s1_comparison": "--quick",
         "second_rhs": "--groups friction --most 1 --tolerance 1e-7",
+        "servo_pendulum": "--accuracy 1e-3",
         "step_cost": "--quick",
         "sweep_cost": "--cases 4 --duration 0.1 --dask 0 --samples 0",
         "sweep_scale": "--cases 400 --simulated 16 --walks 4 --duration 0.1 --most 0",
@@ -100,6 +102,16 @@ ELSEWHERE = {
        ("energy", "mass_center", "motion", "page", "study", "sweeps", "torques")},
 }  # fmt: skip
 """Studies that write no page of docs/results/, and where they are run, or why not."""
+
+
+RECORDING = {
+    "mass": 0.49, "length": 0.1, "kp": 200, "vin": 7.4, "trajectory": "made up",
+    "columns": ["timestamp", "position", "speed", "goal_position", "torque_enable"],
+    "rows": [
+        [0.0, 0.1, 0.0, 0.1, True], [0.03, 0.12, 0.5, 0.3, False], [0.06, 0.1, 0.0, 0.3, False],
+    ],
+}  # fmt: skip
+"""Of a pendulum whose motor is switched off."""
 
 
 @pytest.fixture(scope="module")
@@ -151,6 +163,8 @@ def test_study_writes_its_page(name: str, tmp_path: Path, capsys) -> None:
     places = {name: ["--figure", "f.svg"] for name in ("constraint_drift", "gain_borders")}
     places["sweep_scale"] = ["--page", "scale.md"]
     places["real_robots"] = ["--folder", "robots"]
+    places["servo_pendulum"] = ["--data", "recordings.json"]
+    (tmp_path / "recordings.json").write_text(json.dumps([RECORDING]))
     (tmp_path / "robots").mkdir()
     shutil.copy(urdf_path("kharagpur"), tmp_path / "robots")
     words = list(SHORT[name])

@@ -149,11 +149,16 @@ PUBLIC = [
 """Sixteen public robots as they were downloaded."""
 
 
-def first_lines(folder: Path = Path("urdfs")) -> StudyReport:
-    """Walk forty robots by the command line; the public ones are files of a folder."""
+def first_lines(folder: Path = Path("urdfs"), most: int = 0) -> StudyReport:
+    """Walk forty robots by the command line; the public ones are files of a folder.
+
+    Args:
+        folder: of the public robots' files, which are not part of this repository.
+        most: situations to try; 0: all. The first 24 need no folder.
+    """
     rows, good = [], 0
     with tempfile.TemporaryDirectory() as place:
-        for situation in [*PACKAGED, *PUBLIC]:
+        for situation in [*PACKAGED, *PUBLIC][: most or None]:
             line, status = said(situation, folder, Path(place))
             right = bool(re.search(situation.named, line)) and status == situation.status
             good += right
@@ -168,7 +173,9 @@ def first_lines(folder: Path = Path("urdfs")) -> StudyReport:
         "does not walk or is not to be trusted). Sources: [robots' sources](robot_sources.md)."
     )
     table = Table("", ("situation", "robot", "first line", ""), rows)
-    return StudyReport(title="First lines", parts=[count, how, table], met=good >= LEAST)
+    return StudyReport(
+        title="First lines", parts=[count, how, table], met=good >= min(LEAST, len(rows))
+    )
 
 
 WIDEST = 160
