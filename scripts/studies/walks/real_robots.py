@@ -18,13 +18,10 @@ from studies.study import StudyReport
 WALKS, REFUSED = 0, 2
 """Exit status of a walk that keeps its speed and does not fall, and of a file that is refused."""
 
-VERDICTS = (" walks: ", " does not walk: ")
-"""What the line with the verdict on a walk has in it."""
-
 
 @dataclass(frozen=True)
 class CommandResult:
-    """What a command said: exit status, verdict line or reason, and time taken [s]."""
+    """What a command said: exit status, first line of its answer, and time taken [s]."""
 
     status: int
     words: str
@@ -60,7 +57,8 @@ def real_robots(folder: Path = Path("urdfs"), duration: float = 10.0) -> StudyRe
         f"{plain} of {len(rows)} files walk as downloaded, {repaired} with `--repair`; default "
         f"gait, {duration:g} s, no other option. A robot walks that keeps 80 % of its nominal "
         "speed, does not fall and keeps its trunk off the ground ([verdict.md](../verdict.md)). "
-        "Not walked: refused, with the reason in the last column. FAIL (3): does not walk. "
+        "Not walked: refused, with the reason in the last column. FAIL (3): does not walk, or its "
+        "torques are not to be trusted. "
         "Sources: [robots' sources](robot_sources.md)."
     )
     return StudyReport(
@@ -84,14 +82,14 @@ def walked(path: Path, duration: float) -> RealRobot:
 
 
 def walk_command(path: Path, duration: float, *options: str) -> CommandResult:
-    """Run `hexapod-pin walk` on a file; return its status with verdict or reason."""
+    """Run `hexapod-pin walk` on a file; return its status with the first line of its answer."""
     begin = time.perf_counter()
     with tempfile.TemporaryDirectory() as folder:
         words = ["walk", str(path), *options, "--quick", "--no-html", "--duration", f"{duration:g}"]
         command = [sys.executable, "-m", "hexapod_pin", *words, "--out", f"{folder}/walk.nc"]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
-    lines = [x for x in done.stdout.splitlines() if any(word in x for word in VERDICTS)]
-    told = lines[0] if lines else done.stderr.strip()
+    lines = [*done.stdout.splitlines(), *done.stderr.splitlines()]
+    told = next((line for line in lines if line.strip()), "")
     return CommandResult(done.returncode, told, time.perf_counter() - begin)
 
 
