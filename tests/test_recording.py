@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -148,3 +149,12 @@ def test_a_file_is_smaller_than_its_samples(
     least = motion.save(tmp_path / "motion.nc").stat().st_size
     assert stored < 0.8 * size
     assert least < 0.45 * stored
+
+
+def test_a_case_without_a_controller_is_whole() -> None:
+    """Of a run whose controller is not known it has the scene, and an empty controller."""
+    scene = hp.Scene(hp.load_robot("kharagpur"))
+    known = hp.simulate(scene, hp.HoldPosture(), duration=0.01, estimate=False).run.case
+    case = replace(known, controller_data=None)
+    assert case.controller == {} == case.data["controller"]
+    assert case.data["scene"] == known.data["scene"]

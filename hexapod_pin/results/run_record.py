@@ -241,7 +241,7 @@ class RunCase(Immutable):
             return parsed_toml(self.text)
         parts = {
             **(self.settings or {}),
-            "controller": self.controller,
+            "controller": self.controller_data or {},
             "scene": self.scene_settings.with_robot(self.robot),
         }
         return {name: parts[name] for name in ORDER if name in parts}
