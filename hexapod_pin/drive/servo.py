@@ -233,8 +233,8 @@ class Servo(Spec):
         """Read a motor or a mapping of motors; a mapping's values are motors or tables."""
         if not isinstance(value, Mapping):
             return value
-        parts = [part for name, part in value.items() if name != "gear_friction"]
-        if any(isinstance(part, Motor | Mapping) for part in parts):
+        joints = [part for name, part in value.items() if name not in Motor.model_fields]
+        if any(isinstance(part, Motor | Mapping) for part in joints):
             return {k: Motor(**m) if isinstance(m, Mapping) else m for k, m in value.items()}
         return Motor(**value)
 

@@ -30,9 +30,7 @@ def motor_torque(demand: JointDemand, motors: Motors) -> Array:
     of a run whose motors had `gear_friction` contain it already (`JointDemand.geared`).
     """
     found: Array = demand.torque.copy()
-    for j, drive in identified_of(motors).items():
-        if demand.geared:
-            break
+    for j, drive in ({} if demand.geared else identified_of(motors)).items():
         along = np.sign(demand.speed[:, j])
         speed = np.abs(demand.speed[:, j])
         load = -along * demand.torque[:, j]

@@ -89,8 +89,8 @@ def walk_command(path: Path, duration: float, *options: str) -> CommandResult:
         command = [sys.executable, "-m", "hexapod_pin", *words, "--out", f"{folder}/walk.nc"]
         done = subprocess.run(command, capture_output=True, text=True, check=False)
     lines = [*done.stdout.splitlines(), *done.stderr.splitlines()]
-    told = next((line for line in lines if line.strip()), "")
-    return CommandResult(done.returncode, told, time.perf_counter() - begin)
+    first = next((line for line in lines if line.strip()), "")
+    return CommandResult(done.returncode, first, time.perf_counter() - begin)
 
 
 def _verdicts(rows: Iterable[RealRobot]) -> Table:
