@@ -1,4 +1,4 @@
-"""A run of `ndf` carries its own error along: one run bounds it, and says where it cannot."""
+"""A run carries its own error along: one run bounds it, and says where it cannot."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ import hexapod_pin as hp
 from hexapod_pin.results.error_estimate import ErrorEstimate
 from hexapod_pin.simulation.accuracy_control import AccuracyControl
 from hexapod_pin.simulation.case import Case
+from hexapod_pin.simulation.native_run import open_loop_run
 from hexapod_pin.simulation.run_settings import RunSettings
 
 ROBOT = hp.load_robot("kharagpur")
@@ -60,6 +61,26 @@ def test_one_run_bounds_its_error_closely(scene: hp.Scene):
     assert trace.error.torque[-1] <= 0.01 * np.abs(trace.torque).max()
 
 
+@pytest.mark.parametrize("accuracy", [1e-2, 1e-3, 1e-4])
+@pytest.mark.parametrize("scene", [hp.Scene(ROBOT), hp.Scene(ATHENA, contact=hp.Contact.s1())])
+def test_a_run_of_extrapolated_euler_bounds_its_error(scene: hp.Scene, accuracy: float):
+    """Under set-points that are held and jump, where steps restart; the truth is another method's.
+
+    Its steps know the error of their best result but one, which is far larger where steps begin
+    anew: bounds are 3 to 100 times the error.
+    """
+    time = np.arange(0.0, DURATION, 0.01)
+    walk = hp.motion.WalkPlan(scene.robot, TRIPOD)
+    held = hp.control.SampledTrajectory(time, np.array([walk.at(t).q for t in time]), limited=False)
+    truth = hp.simulate(scene, held, duration=DURATION, method="ndf", accuracy=1e-8, estimate=False)
+    trace = hp.simulate(scene, held, duration=DURATION, accuracy=accuracy)
+    assert trace.run.numerics.method == "extrapolated-euler" and trace.accuracy_kept
+    found = errors_of(trace, truth)
+    for name, bound in trace.error.arrays.items():
+        print(name, f"{bound[-1] / found[name]:.2f}", trace.counters["runs"])
+        assert found[name] <= bound[-1] <= 100.0 * found[name], name
+
+
 def test_the_numbers_of_the_summary_have_errors_that_hold():
     """Against a run at 1e-9: peaks, which lie between states, and means over the cycle."""
     scene, control = hp.Scene(ROBOT), hp.KinematicControl(TRIPOD)
@@ -81,6 +102,23 @@ def test_the_run_is_the_same_with_and_without_its_error():
     assert np.array_equal(known.q, alone.q) and np.array_equal(known.torque, alone.torque)
     assert np.array_equal(known.summary.outside_torque, alone.summary.outside_torque)
     assert alone.error is None and np.isnan(alone.error_estimate)
+    settings = Case(scene, control, duration=0.6, method="x3").settings.at_first_level()
+    runs = [
+        open_loop_run(Case(scene, control, duration=0.6), replace(settings, estimate=estimate))
+        for estimate in (True, False)
+    ]
+    for run in runs:
+        run.advance()
+    assert [run.carries_error for run in runs] == [True, False]
+    knowing, plain = (run.samples() for run in runs)
+    assert all(np.array_equal(knowing[name], plain[name]) for name in ("q", "torque"))
+
+
+@pytest.mark.parametrize("method", ["ndf", "extrapolated-euler"])
+def test_a_run_under_feedback_does_not_know_its_error(method: str):
+    """What a controller makes of an error of what it measures is not in the linearised motion."""
+    case = Case(hp.Scene(ROBOT), hp.FootControl(TRIPOD), duration=1.0, method=method, estimate=True)
+    assert not case.settings.method_settings.carries_error
 
 
 def test_a_tighter_accuracy_is_met_by_one_run():
@@ -129,6 +167,7 @@ class KnowingRun:
     """A run whose trunk is off, and what it knows of that."""
 
     follows_error, good, wall_time, omitted = True, True, 0.0, ()
+    settings = RunSettings.of(1.0, "ndf", 1e-4, None, None, None)
 
     def __init__(self, error: float, known: float) -> None:
         """Take the error and what the run has carried along [m]."""

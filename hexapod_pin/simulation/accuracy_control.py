@@ -54,9 +54,11 @@ class _Ended:
             for half in run.rollout.half_summaries()
         ]
         errors = {name: np.fmax(one, halves[1].get(name, one)) for name, one in halves[0].items()}
-        shares = {"torque": CARRIED_FORCE_SHARE, "foot_force": CARRIED_FORCE_SHARE}
+        method = run.settings.method_settings.method.name
+        force = CARRIED_FORCE_SHARE[method]
+        shares = {"torque": force, "foot_force": force}
         error = ErrorEstimate(**{
-            name: shares.get(name, CARRIED_SHARE) * carried
+            name: shares.get(name, CARRIED_SHARE[method]) * carried
             for name, carried in run.carried_error().items()
         })  # fmt: skip
         return cls(refinement, run, run.samples(), numbers, error, errors)

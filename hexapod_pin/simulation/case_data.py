@@ -130,9 +130,10 @@ class CaseData(Immutable):
         if self.duration is None:
             raise ParameterError("Case.duration", None, "given [s]")
         settings = self._settings(self.duration)
+        feedback = isinstance(self.controller, FeedbackController)
         return replace(
             settings,
-            method_settings=settings.method_settings.for_scene(self.scene),
+            method_settings=settings.method_settings.for_scene(self.scene, feedback=feedback),
         )
 
     def with_defaults(

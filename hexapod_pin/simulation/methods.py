@@ -32,8 +32,10 @@ HELD_LEVELS = {"extrapolated-euler": 2, "ndf": 0, "dop853": 0}
 """How many levels finer the second run is where `LOOSEST_TOLERANCE` limits level 0 to a tenth of
 what the accuracy allows: two such runs may both be wrong about which foot slides or touches."""
 
-CARRIED_RATIO = 0.3
-"""Tolerance over accuracy of the first run that carries its error along, at most [-]."""
+CARRIED_RATIO = {"extrapolated-euler": (10.0**-0.5, 1.0), "ndf": (0.3, 0.3)}
+"""Of the methods whose runs carry their error along: tolerance of the first over the accuracy, at
+most [-]; and where a run coarser by `JUMP` levels could be compared with it: then both cost what
+two runs that know nothing of their errors do."""
 
 SENSITIVE_LEVELS = {"extrapolated-euler": 4, "ndf": 0, "dop853": 4}
 """The same for a `sensitive` scene: down to a hundredth of the tolerance."""
@@ -129,9 +131,12 @@ class MethodSettings:
     sensitive: bool = False
     carries_error: bool = False
 
-    def for_scene(self, scene: Scene) -> MethodSettings:
-        """Return the settings for a scene, which says how its errors can be found."""
-        carries = self.method.name == CARRYING_METHOD and scene.carries_errors
+    def for_scene(self, scene: Scene, *, feedback: bool = False) -> MethodSettings:
+        """Return the settings for a scene, which says how its errors can be found.
+
+        `feedback`: a controller follows what it measures; what it makes of an error is not known.
+        """
+        carries = self.method.name in CARRIED_RATIO and scene.carries_errors and not feedback
         return replace(self, sensitive=scene.sensitive, carries_error=carries)
 
     @property
@@ -147,7 +152,7 @@ class MethodSettings:
     @property
     def resolved_accuracy(self) -> float:
         """The accuracy below which runs get finer [m and rad]: at looser ones they are the same."""
-        share = CARRIED_RATIO if self.carries_error else START_RATIO
+        share = CARRIED_RATIO[self.method.name][0] if self.carries_error else START_RATIO
         return min(self.accuracy, LOOSEST_TOLERANCE[self.method.name] / share)
 
     @property
@@ -164,16 +169,28 @@ class MethodSettings:
         """
         name = self.method.name
         if self.carries_error:
-            coarsest = replace(self, refinement=0).tolerance
-            decades = math.log10(coarsest / (CARRIED_RATIO * self.accuracy))
-            first = max(0, math.ceil(LEVELS_PER_DECADE * decades - 1e-9))
+            usual, coarser_known = CARRIED_RATIO[name]
+            first = min(self._level_of(usual), max(JUMP, self._level_of(coarser_known)))
             apart = SECOND_LEVEL[name]
-            return first, (first + apart if first < JUMP else max(0, first - apart))
+            if first < JUMP:
+                return first, max(first + apart, self._second_level)
+            return first, max(0, first - apart)
+        return 0, self._second_level
+
+    def _level_of(self, ratio: float) -> int:
+        """Return the coarsest level whose tolerance is at most this share of the accuracy."""
+        decades = math.log10(replace(self, refinement=0).tolerance / (ratio * self.accuracy))
+        return max(0, math.ceil(LEVELS_PER_DECADE * decades - 1e-9))
+
+    @property
+    def _second_level(self) -> int:
+        """Level of the run that is compared with that of level 0 first."""
+        name = self.method.name
         decades = math.log10(START_RATIO * self.accuracy / LOOSEST_TOLERANCE[name])
         further = math.ceil(HELD_LEVELS[name] * min(1.0, max(0.0, decades - 1e-9)))
         if self.sensitive:
             further = max(further, SENSITIVE_LEVELS[name])
-        return 0, SECOND_LEVEL[name] + further
+        return SECOND_LEVEL[name] + further
 
     @property
     def finest_level(self) -> int:

@@ -78,9 +78,10 @@ MOST_ROUNDING = 0.25
 """And of sampling intervals at most, however late it is."""
 
 
-MOST_FREE_TURN, MOST_RESTARTS = 1.0, 40
-"""How far the robot may turn while no foot touches [rad], and how often a run may begin a new
-history within 0.05 s [-], where its error is carried along: of walks these are 0 and up to 20."""
+MOST_FREE_TURN, MOST_EVENTS = 1.0, 40
+"""Where an error is carried along: how far the robot may turn while no foot touches [rad], and how
+many touch-downs, slips and switches may follow each other within 0.05 s [-], of which walks have up
+to 20."""
 
 
 class NativeRun:
@@ -219,9 +220,12 @@ class NativeRun:
             return False
         limits, _, stops = self.rollout.drive_counters()
         counters = self.rollout.counters()
-        followed = counters["free_turn"] <= MOST_FREE_TURN and counters["burst"] <= MOST_RESTARTS
-        lost = bool(counters["error_lost"])
-        return followed and not lost and not any(limits) and not any(stops)
+        followed = (
+            counters["free_turn"] <= MOST_FREE_TURN
+            and counters["burst"] <= MOST_EVENTS
+            and not counters["error_lost"]
+        )
+        return followed and not any(limits) and not any(stops)
 
     def advance(self, progress: Callable[[float], None] | None = None) -> None:
         """Run to the end in chunks, between which Ctrl-C and a progress bar are served.

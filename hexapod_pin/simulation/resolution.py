@@ -43,11 +43,16 @@ CHANCE = 0.1
 LEAST_EFFORT = 1.01
 """Evaluations of the finer run over those of the coarser, counted at least [-]."""
 
-CARRIED_SHARE, CARRIED_FORCE_SHARE, CARRIED_NUMBER_SHARE = 4.0, 6.0, 3.0
+CARRIED_SHARE = {"ndf": 4.0, "extrapolated-euler": 2.0}
+CARRIED_FORCE_SHARE = {"ndf": 6.0, "extrapolated-euler": 4.0}
+CARRIED_NUMBER_SHARE = 3.0
 """Error of a run over that which it has carried along, at most [-]: of positions, of torques and
-forces, and of a summary's numbers. Positions of walks are off by 0.8 to 1.3 times that as a rule,
-of robots that are pushed or dropped by up to 3 times; torques at samples within a step have an
-interpolation's error, too; numbers of half the states are off by a multiple of those of all."""
+forces, and of a summary's numbers. With `ndf` positions of walks are off by 0.8 to 1.3 times that
+as a rule, of robots that are pushed or dropped by up to 3 times; with `extrapolated-euler`, whose
+steps know the error of their best result but one, by 0.1 to 0.5 times, of robots that are pushed by
+up to 1.5 times, and torques by up to 2.3 times.
+Torques at samples within a step have an interpolation's error, too; numbers of half the states are
+off by a multiple of those of all."""
 
 MOST_LEVELS = 32
 """Finest level: tolerances a hundred million times those of level 0."""

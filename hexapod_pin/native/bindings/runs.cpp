@@ -92,7 +92,8 @@ std::unique_ptr<Rollout> start(const PlantSettings& s, const std::vector<double>
                  {evaluations, smallest_step, wall_time}, motors};
   if (motors.rows() > 0 && (motors.rows() != columns || motors.cols() != WindingHeat::kColumns))
     throw std::invalid_argument("motors must be (joints, 7)");
-  if (estimates && method != "ndf") throw std::invalid_argument("only ndf carries its error along");
+  if (estimates && method != "ndf" && method != "extrapolated-euler")
+    throw std::invalid_argument("only ndf and extrapolated-euler carry their error along");
   for (const auto& [offset, radius] : trunk) setup.trunk.push_back({offset, radius});
   return start_run(method, setup);
 }

@@ -1,31 +1,67 @@
 // The error of a run, found while it runs: what each step may have lost moves along with the linearised
 // motion, e <- (I - h J)^-1 e + local error, through contacts and drives as the stiff block has them.
-// Coriolis forces are not among them: what flies and spins is not followed.
+// Coriolis forces are not among them: what flies and spins is not followed. What shows that the error may
+// be another is counted.
 #pragma once
+
+#include <algorithm>
+#include <deque>
+#include <map>
+#include <string>
 
 #include "methods/chart_flow.hpp"
 #include "methods/stiff_block.hpp"
+#include "run/step_observer.hpp"
 
 namespace hexapod {
 
 template <class PlantT>
 class CarriedError {
  public:
-  explicit CarriedError(const ChartFlow<PlantT>& flow)
-      : block_(flow.plant), error_(VectorXd::Zero(flow.size())) {}
+  CarriedError(const ChartFlow<PlantT>& flow, StepObserver& observer)
+      : observer_(observer), block_(flow.plant), error_(VectorXd::Zero(flow.size())) {}
 
   // A step of h [s] with this local error has ended at y, where the plant has been evaluated.
   void add(ChartFlow<PlantT>& flow, const VectorXd& y, const VectorXd& local, double h) {
+    const auto touches = [](const auto& foot) { return foot.active; };
+    if (std::none_of(flow.plant.feet.begin(), flow.plant.feet.end(), touches))
+      free_turn_ += h * flow.velocity().template segment<3>(3).norm();
     block_.capture(flow.plant, flow.xi(y));
     block_.factor(flow.plant, h);
     block_.solve(flow.xi(error_), flow.v(error_), flow.z(error_));
     const Eigen::Index states = error_.size() - flow.nw;
     error_.head(states) += local.head(states);
+    if (error_.allFinite() && error_.cwiseAbs().maxCoeff() <= kLargest) return;
+    error_.setZero();  // no state is to be evaluated so far away
+    lost_ = true;
   }
 
-  // What it changes a contact's force by, at most, N: as the laws at the end of the last step have it.
-  double largest_force_change(const ChartFlow<PlantT>& flow) {
-    return block_.largest_force_change(flow.xi(error_), flow.v(error_), flow.z(error_));
+  // Shows the observer where the error leads at the end (t, y) of a step, if it looks; the plant is
+  // evaluated at y before and after.
+  void show_step(ChartFlow<PlantT>& flow, double t, const VectorXd& y) {
+    if (!observer_.looks_at_step(t)) return;
+    displaced_ = y + error_;
+    flow.save_evaluation();
+    flow.evaluate(t, displaced_);
+    observer_.displaced_step(t, flow.position(), flow.velocity());
+    flow.restore_evaluation(t, y);
+  }
+
+  // Shows the observer where it leads at a sample (t, y) in the last step. The contacts' forces are off by
+  // what the laws at its end give.
+  void show_sample(ChartFlow<PlantT>& flow, double t, const VectorXd& y) {
+    displaced_ = y + error_;
+    flow.state(t, displaced_, q_, v_);
+    const double force = observer_.looks_at_forces()
+        ? block_.largest_force_change(flow.xi(error_), flow.v(error_), flow.z(error_)) : 0.0;
+    observer_.displaced_sample(t, q_, v_, force);
+  }
+
+  // A touch-down, a slip or a switch at t: where many follow each other some may be missed.
+  void happened(double t) {
+    recent_.push_back(t);
+    while (t - recent_.front() > kBurstTime) recent_.pop_front();
+    burst_ = std::max(burst_, recent_.size());
   }
 
   // The chart's origin moves to y.
@@ -36,17 +72,25 @@ class CarriedError {
     xi.template segment<3>(3) = (chart_.angular_inverse * xi.template segment<3>(3)).eval();
   }
 
-  // Whether it is a number that a linearised motion can follow: up to 1 m, rad, m/s and rad/s.
-  bool small() const { return error_.allFinite() && error_.cwiseAbs().maxCoeff() <= 1.0; }
-  void clear() { error_.setZero(); }
-
-  // y with the error added
-  void displace(const VectorXd& y, VectorXd& displaced) const { displaced = y + error_; }
+  void add_counters(std::map<std::string, double>& all) const {
+    all["free_turn"] = free_turn_;
+    all["burst"] = double(burst_);
+    all["error_lost"] = double(lost_);
+  }
 
  private:
+  static constexpr double kLargest = 1.0;  // m, rad, m/s and rad/s, that a linearised motion can follow
+  static constexpr double kBurstTime = 0.05;  // s, in which events are counted
+
+  StepObserver& observer_;
   StiffBlock<PlantT> block_;
   ChartMap chart_;
   VectorXd error_;  // its works are 0
+  VectorXd displaced_, q_, v_;
+  std::deque<double> recent_;  // events, s
+  std::size_t burst_ = 0;      // most of them in kBurstTime
+  bool lost_ = false;          // it has grown beyond kLargest
+  double free_turn_ = 0.0;     // turned while no foot touches, rad
 };
 
 }  // namespace hexapod

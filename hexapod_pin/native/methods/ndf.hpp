@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <deque>
 #include <limits>
 #include <map>
 #include <string>
@@ -36,7 +35,7 @@ class NdfDriver {
         norm_{tolerance_, kLeastVelocityWeight, resolution.refinement * plant.law.friction.steepness()},
         newton_(flow_, norm_), drives_(flow_, norm_),
         touch_(plant.feet.size(), kTouchTolerances * tolerance_, plant.law.normal.needs_touch_speed()),
-        carried_(flow_) {}
+        carried_(flow_, observer) {}
 
   // From t to `stop`, in steps that may end beyond it but not beyond `horizon`, the set-points' next
   // jump. The plant is evaluated at (t, q, v) before and at `stop` after. False: no step of a
@@ -77,11 +76,7 @@ class NdfDriver {
             {"order_mean", steps_ > 0 ? double(orders_) / double(steps_) : 0.0},
             {"error_most", error_most_},
             {"error_sum", error_sum_}};
-    if (observer_.looks_at_error()) {
-      all["free_turn"] = free_turn_;
-      all["burst"] = double(burst_);
-      all["error_lost"] = double(error_lost_);
-    }
+    if (observer_.looks_at_error()) carried_.add_counters(all);
     return all;
   }
 
@@ -99,7 +94,6 @@ class NdfDriver {
   static constexpr double kLeastStep = 1e-14;      // s, and of the time
   static constexpr double kJumpStep = 1e-13;       // s, and of the time; across the jump of a damper's force at
                                                    // touch-down no step is accurate, and so short a one will do
-  static constexpr double kBurstTime = 0.05;       // s, in which restarts are counted
   static constexpr double kMaxTurn = 0.5;          // rad, of the chart
   static constexpr double kMaxGrowth = 10.0;       // of the step size
   static constexpr double kLimitGrowth = 1.2;      // of the step limit, per step after a failure
@@ -141,9 +135,7 @@ class NdfDriver {
     equal_steps_ = 0;
     restart_needed_ = false;
     ++restarts_;
-    recent_restarts_.push_back(time_);
-    while (time_ - recent_restarts_.front() > kBurstTime) recent_restarts_.pop_front();
-    burst_ = std::max(burst_, recent_restarts_.size());
+    carried_.happened(time_);
   }
 
   // Accepts one step; false if none can be found.
@@ -228,22 +220,9 @@ class NdfDriver {
 
   // Carries the error over the step that ends at t in y_, and shows where it leads.
   void carry_error(double t) {
-    const PlantT& plant = flow_.plant;
-    const auto touches = [](const auto& foot) { return foot.active; };
-    if (std::none_of(plant.feet.begin(), plant.feet.end(), touches))
-      free_turn_ += h_ * flow_.velocity().template segment<3>(3).norm();
     local_ = BackwardDifferences::error_constant(history_.order()) * newton_.correction();
     carried_.add(flow_, y_, local_, h_);
-    if (!carried_.small()) {
-      carried_.clear();  // no state is to be evaluated so far away
-      error_lost_ = true;
-    }
-    if (!observer_.looks_at_step(t)) return;
-    carried_.displace(y_, displaced_);
-    flow_.save_evaluation();
-    flow_.evaluate(t, displaced_);
-    observer_.displaced_step(t, flow_.position(), flow_.velocity());
-    flow_.restore_evaluation(t, y_);
+    carried_.show_step(flow_, t, y_);
   }
 
   // By the errors of this order and its neighbours, as in SciPy's BDF.
@@ -294,12 +273,7 @@ class NdfDriver {
     } else {
       y_ = history_.last();
     }
-    if (observer_.looks_at_error()) {
-      carried_.displace(y_, displaced_);
-      flow_.state(stop, displaced_, q_, v_);
-      const double force = observer_.looks_at_forces() ? carried_.largest_force_change(flow_) : 0.0;
-      observer_.displaced_sample(stop, q_, v_, force);
-    }
+    if (observer_.looks_at_error()) carried_.show_sample(flow_, stop, y_);
     flow_.evaluate(stop, y_);
     q = flow_.position();
     v = flow_.velocity();
@@ -321,7 +295,7 @@ class NdfDriver {
   TouchDownLocator touch_;
   CarriedError<PlantT> carried_;
   BackwardDifferences history_;
-  VectorXd local_, displaced_;
+  VectorXd local_;
   VectorXd y_, middle_, rate_, booked_works_, q_, v_;
   double time_ = 0.0, h_ = 0.0, step_limit_ = 0.0, reached_ = 0.0;  // s
   double strictness_ = 1.0;  // -, of orders 1 and 2
@@ -330,10 +304,6 @@ class NdfDriver {
   bool interpolated_ = false;  // the plant is evaluated at a sample, its last step's end is saved
   long steps_ = 0, rejected_ = 0, failed_ = 0, events_ = 0, restarts_ = 0, orders_ = 0;
   double error_most_ = 0.0, error_sum_ = 0.0;  // m and rad
-  std::deque<double> recent_restarts_;  // s
-  std::size_t burst_ = 0;               // most restarts in kBurstTime
-  bool error_lost_ = false;             // it has grown beyond what a linearised motion can follow
-  double free_turn_ = 0.0;                     // turned while no foot touches, rad
 };
 
 }  // namespace hexapod

@@ -2,16 +2,19 @@
 // switches of the drives. Where the method knows the states within a step and the resolution is dense,
 // samples between its ends are taken before the step is accepted: contacts and drives are as they were at
 // its start, as they are all through it. Else steps end at samples, too.
-// Of a single run only the errors of its steps are known; that of the whole is found by comparing two.
+// The error of the whole run is carried along where the observer looks at it and the method allows it; else
+// only those of the steps are known, and that of the whole is found by comparing two runs.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "methods/carried_error.hpp"
 #include "methods/error_control.hpp"
 #include "methods/chart_flow.hpp"
 #include "methods/drive_events.hpp"
@@ -42,6 +45,7 @@ class OneStepDriver {
         touch_(plant.feet.size(), norm_.tolerance, plant.law.normal.needs_touch_speed(),
                true),
         drives_(flow_, norm_) {
+    if (observer.looks_at_error()) carried_.emplace(flow_, observer);
     if (memory.size() != 1 + StepControl::kMemorySize + Method::kMemorySize) return;
     watched_until_ = memory[0];
     control_.restore(memory.data() + 1);
@@ -64,7 +68,7 @@ class OneStepDriver {
         sample(stop, q, v, ledger);
         return true;
       }
-      if (!accept_step(q, v, ledger)) return false;
+      if (!accept_step(stop, q, v, ledger)) return false;
       t = end_;
     }
     return true;
@@ -82,10 +86,13 @@ class OneStepDriver {
   }
 
   std::map<std::string, double> counters() const {
-    return {{"steps", double(steps_)},       {"rejected", double(rejected_)},
+    std::map<std::string, double> all{
+            {"steps", double(steps_)},       {"rejected", double(rejected_)},
             {"events", double(events_)},     {"largest_turn", largest_turn_},
             {"refined", double(refined_)},
             {"error_most", error_most_},     {"error_sum", error_sum_}};
+    if (carried_) carried_->add_counters(all);
+    return all;
   }
 
  private:
@@ -104,6 +111,7 @@ class OneStepDriver {
     const double done = step_from(t, h);
     if (done <= 0.0 || !(flow_.velocity().cwiseAbs().maxCoeff() < kDivergedSpeed)) return false;
     begin_ = t, end_ = done == rest ? horizon : t + done, length_ = done;
+    if (carried_) carried_->add(flow_, y1_, error_, length_);
     under_way_ = true;
     return true;
   }
@@ -115,6 +123,7 @@ class OneStepDriver {
       else booked_works_.setZero(flow_.nw);
       method_.interpolate((t - begin_) / length_, y0_, y1_, sample_);
       flow_.save_evaluation();
+      if (carried_) carried_->show_sample(flow_, t, sample_);
       flow_.evaluate(t, sample_);
       q = flow_.position();
       v = flow_.velocity();
@@ -124,13 +133,18 @@ class OneStepDriver {
     }
   }
 
-  // The step under way becomes part of the run; false if that is to end.
-  bool accept_step(VectorXd& q, VectorXd& v, EnergyLedger& ledger) {
+  // The step under way, which ends at `stop` or before, becomes part of the run; false if that is to end.
+  bool accept_step(double stop, VectorXd& q, VectorXd& v, EnergyLedger& ledger) {
     under_way_ = false;
     if (sampled_) {
       flow_.restore_evaluation(end_, y1_);
       flow_.w(y1_) -= booked_works_;
       sampled_ = false;
+    }
+    if (carried_) {
+      carried_->show_step(flow_, end_, y1_);
+      if (end_ == stop) carried_->show_sample(flow_, end_, y1_);
+      carried_->move_chart(flow_, y1_);
     }
     flow_.accept(y1_, q, v, ledger);
     drives_.accept(flow_.plant, flow_.reference, end_, length_, q, v);
@@ -204,6 +218,7 @@ class OneStepDriver {
         const double first = std::min(touch, drive);
         if (first == 1.0) {
           accept(h, size, cut, located + switched > 0);
+          if (carried_ && located + switched > 0) carried_->happened(t + h);
           if (located > 0) watched_until_ = t + h + kWatchedTime;
           if (change > kTorqueAim) control_.bound(h * kTorqueAim / change);
           return h;
@@ -240,6 +255,7 @@ class OneStepDriver {
   TouchDownLocator touch_;
   DriveEvents<PlantT> drives_;
   StepControl control_;
+  std::optional<CarriedError<PlantT>> carried_;
   double watched_until_ = 0.0, reached_ = 0.0;  // s
   VectorXd y0_, y1_, error_;
   double begin_ = 0.0, end_ = 0.0, length_ = 0.0;  // of the last step found, s
