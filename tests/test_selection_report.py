@@ -28,7 +28,7 @@ from hexapod_pin.results.motor_selection import (
     WalkRun,
 )
 from hexapod_pin.results.sizing import JointDemand, motor_budget
-from hexapod_pin.results.sizing.motor_use import battery_current
+from hexapod_pin.results.sizing.battery import battery_current
 from hexapod_pin.results.sizing.motors import Motors
 from hexapod_pin.view.report import Header, Table
 from hexapod_pin.view.selection_figures import thinned

@@ -13,8 +13,8 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.drive.catalog.motor_record import Derating
+from hexapod_pin.results.sizing.battery import battery_current
 from hexapod_pin.results.sizing.motor_budget import motor_budget
-from hexapod_pin.results.sizing.motor_use import battery_current
 from hexapod_pin.results.sizing.motors import Motors
 from hexapod_pin.view.report import Block, Heading, Paragraph, Picture
 from hexapod_pin.view.selection_tables import USE_NAMES, unknown_uses, use_text

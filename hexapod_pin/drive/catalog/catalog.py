@@ -153,8 +153,8 @@ def _voltages(records: list[MotorRecord]) -> str:
 # A catalogue as a table in Markdown, one line per model.
 
 HEAD = (
-    "model", "at [V]", "stall torque [N m]", "no-load speed [rad/s]", "rated torque [N m]",
-    "mass [g]", "rotor at the joint [1e-3 kg m^2]", "flags",
+    "model", "bus", "at [V]", "stall torque [N m]", "no-load speed [rad/s]", "rated torque [N m]",
+    "mass [g]", "rotor at the joint [1e-3 kg m^2]", "price", "flags",
 )  # fmt: skip
 
 
@@ -173,12 +173,14 @@ def catalog_table(records: Sequence[MotorRecord]) -> str:
 def _row(model: str, found: list[MotorRecord]) -> tuple[str, ...]:
     return (
         model,
+        _each(found, lambda r: r.bus),
         _each(found, lambda r: f"{r.voltage:g}"),
         _each(found, lambda r: f"{r.stall_torque:.3g}"),
         _each(found, lambda r: _known(r.no_load_speed, 1.0)),
         _each(found, lambda r: _known(r.rated_torque, 1.0)),
         _each(found, lambda r: _known(r.mass, 1e3)),
         _each(found, _rotor),
+        _each(found, lambda r: "" if r.price is None else f"{r.price:g} {r.currency}"),
         _flags(found),
     )
 
@@ -284,7 +286,8 @@ NUMBERS = (
 )
 
 TEXTS = (
-    "model", "maker", "motor_type", "armature_source", "currency", "source", "note", "uncertain",
+    "model", "maker", "motor_type", "bus", "armature_source", "currency", "price_date",
+    "price_source", "source", "note", "uncertain",
 )  # fmt: skip
 
 REQUIRED = ("model", "voltage", "stall_torque", "no_load_speed", "mass")
@@ -299,12 +302,12 @@ COMPUTED = frozenset(
 """Columns that follow from others: read over, for nothing is built from them."""
 
 ORDER = (
-    "model", "maker", "motor_type", "voltage", "voltage_min", "voltage_max", "stall_torque",
+    "model", "maker", "motor_type", "bus", "voltage", "voltage_min", "voltage_max", "stall_torque",
     "no_load_speed", "stall_current", "standby_current", "rated_torque", "mass", "gear_ratio",
     "armature", "armature_source", "winding_resistance", "torque_constant",
     "thermal_resistance_winding", "thermal_resistance_housing", "thermal_time_winding",
-    "thermal_time_housing", "winding_temperature_max", "price", "currency", "source", "note",
-    "uncertain",
+    "thermal_time_housing", "winding_temperature_max", "price", "currency", "price_date",
+    "price_source", "source", "note", "uncertain",
 )  # fmt: skip
 """Fields in the order in which files are written."""
 

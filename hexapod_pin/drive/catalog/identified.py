@@ -19,6 +19,8 @@ from hexapod_pin.spec import require_factor
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from hexapod_pin.drive.catalog.motor_record import MotorRecord
+
 PACKAGE_FILE = "identified.csv"
 
 
@@ -88,6 +90,12 @@ def identified_drive(model: str) -> IdentifiedDrive:
         if name.casefold() == model.casefold():
             return drive
     raise UnknownNameError("identified servo", model, list(known))
+
+
+def identified_for(record: MotorRecord) -> IdentifiedDrive | None:
+    """Return the identified servo of a catalogue's row, by its model or its name with a voltage."""
+    known = identified_drives()
+    return known.get(record.model) or known.get(record.name)
 
 
 def _drive(row: Mapping[str, str]) -> IdentifiedDrive:

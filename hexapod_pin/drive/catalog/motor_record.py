@@ -32,7 +32,8 @@ class MotorRecord(Spec):
     Attributes:
         model: name of the maker's model, such as "XM430-W350".
         maker: the manufacturer.
-        motor_type: "cored", "coreless", ...
+        motor_type: "cored", "coreless", "brushless", ...
+        bus: how it is commanded: "TTL", "RS-485", "PWM", "CAN", or several with slashes between.
         voltage: supply at which the row's numbers hold [V].
         voltage_min: smallest supply the motor is made for [V].
         voltage_max: largest supply the motor is made for [V].
@@ -45,8 +46,10 @@ class MotorRecord(Spec):
         gear_ratio: turns of the rotor per turn of the joint [-].
         armature: inertia of the rotor, seen from the joint [kg m^2].
         armature_source: where that is from.
-        price: in `currency`; the package's own file has none, for prices age.
+        price: of one motor, in `currency`.
         currency: of the price.
+        price_date: when it was read, as YYYY-MM-DD.
+        price_source: where it was read.
         winding_resistance: at 25 deg C [ohm].
         torque_constant: of the motor before the gear [N m/A].
         thermal_resistance_winding: from winding to housing [K/W].
@@ -62,6 +65,7 @@ class MotorRecord(Spec):
     model: str
     maker: str = ""
     motor_type: str = ""
+    bus: str = ""
     voltage: PositiveFloat
     voltage_min: PositiveFloat | None = None
     voltage_max: PositiveFloat | None = None
@@ -76,6 +80,8 @@ class MotorRecord(Spec):
     armature_source: str = ""
     price: NonNegativeFloat | None = None
     currency: str = ""
+    price_date: str = ""
+    price_source: str = ""
     winding_resistance: PositiveFloat | None = None
     torque_constant: PositiveFloat | None = None
     thermal_resistance_winding: PositiveFloat | None = None
@@ -134,6 +140,11 @@ class MotorRecord(Spec):
     def name(self) -> str:
         """Name of the row, unique in a catalogue, such as "AX-12A at 12 V"."""
         return f"{self.model} at {self.voltage:g} V"
+
+    @property
+    def buses(self) -> tuple[str, ...]:
+        """The buses it can be had with; empty where none is known."""
+        return tuple(name.strip() for name in self.bus.split("/") if name.strip())
 
     @property
     def implied_efficiency(self) -> float | None:
@@ -279,7 +290,7 @@ CORELESS_TIME = 0.014
 """Middle of tau of MX-64 and MX-106 (13.6 and 14.5 ms), *assumed* of coreless servos [s]."""
 
 CORED_TIME = 0.037
-"""Median of tau of XL-320, XL330-M288 and ST3215 (36, 37, 81 ms), *assumed* of the rest [s]."""
+"""Median of tau of XL-320, XL330-M288 and STS3215 (36, 37, 81 ms), *assumed* of the rest [s]."""
 
 
 class ArmatureEstimate(NamedTuple):
@@ -330,6 +341,11 @@ FEETECH_TEST = (
     "half of its stall torque for over an hour at 48 deg C, cut out at 0.67 of it, and came to "
     "71 deg C in 110 min of swinging (github.com/TheRobotStudio/SO-ARM100/issues/134)"
 )
+HOT_END = (
+    "continuous 0.2 for all makers: with assumed thermal constants at the hot end of their spread "
+    "the catalogue's windings come to 100 deg C at 0.16 to 0.40 of stall, median 0.25 "
+    "(docs/motors.md)"
+)
 PEAK_CURVE = (
     "peak 0.8 *assumed*: ROBOTIS measures its performance graphs with a slowly rising load and "
     "states that their largest torque lies below the stall torque (e-Manual); by how much differs "
@@ -346,7 +362,7 @@ class Derating(Spec):
 
     Attributes:
         peak: largest torque over the torque of the motor's line at that speed [-].
-        continuous: RMS torque over stall torque where no rated torque is published [-].
+        continuous: torque that may last for ever over stall torque, of every maker's motors [-].
         voltage: supply under load over the record's voltage [-].
     """
 
@@ -360,7 +376,7 @@ class Derating(Spec):
         default = Derating()
         grounds = {
             "peak": (PEAK_CURVE,),
-            "continuous": (STALL_FIFTH, FEETECH_TEST),
+            "continuous": (STALL_FIFTH, HOT_END, FEETECH_TEST),
             "voltage": (SAGGING_BATTERY,),
         }
         lines: list[str] = []
@@ -371,11 +387,9 @@ class Derating(Spec):
         return tuple(lines)
 
     def continuous_torque(self, record: MotorRecord) -> float:
-        """Return the RMS torque that may last for ever [N m].
+        """Return the RMS torque that may last for ever [N m]: `continuous` of the stall torque.
 
-        The rated torque where the maker publishes one, else `continuous` of the stall torque. It is
-        set by heat, so a sagging battery does not change it.
+        One share for all makers: their own ratings (`MotorRecord.rated_torque`) rest on different
+        tests. It is set by heat, so a sagging battery does not change it.
         """
-        if record.rated_torque is not None:
-            return record.rated_torque
         return self.continuous * record.stall_torque

@@ -2,16 +2,14 @@
 
 from hexapod_pin.drive.catalog import Catalog, MotorRecord
 from hexapod_pin.drive.catalog.motor_record import Derating
+from hexapod_pin.results.sizing.battery import BatteryLoad
 from hexapod_pin.results.sizing.demand import JointDemand
 from hexapod_pin.results.sizing.lightest import LightestMotor, lightest_motors
-from hexapod_pin.results.sizing.motor_budget import (
-    MotorBudget,
-    MotorRanking,
-    motor_budget,
-    motor_ranking,
-)
-from hexapod_pin.results.sizing.motor_use import BatteryLoad, MotorUse
+from hexapod_pin.results.sizing.motor_budget import MotorBudget, motor_budget
+from hexapod_pin.results.sizing.motor_use import MotorUse
+from hexapod_pin.results.sizing.ranking import MotorRanking, motor_ranking
 from hexapod_pin.results.sizing.trace_demand import joint_demand
+from hexapod_pin.results.sizing.walking_heat import WalkingHeat, walking_heat
 from hexapod_pin.results.sizing.winding import Winding
 
 __all__ = [
@@ -24,9 +22,11 @@ __all__ = [
     "MotorRanking",
     "MotorRecord",
     "MotorUse",
+    "WalkingHeat",
     "Winding",
     "joint_demand",
     "lightest_motors",
     "motor_budget",
     "motor_ranking",
+    "walking_heat",
 ]

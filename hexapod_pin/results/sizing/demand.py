@@ -181,6 +181,11 @@ class JointDemand(Record):
     def _lagged(self) -> dict[float, Array]:
         return {}
 
+    @cached_property
+    def geared_torque(self) -> dict[str, Array]:
+        """What motors give with the losses of their gears (T, n) [N m], by servo; filled by use."""
+        return {}
+
     def thermal_rms(self, time_constant: float) -> Array:
         """Return the largest moving RMS torque, of samples (n,) [N m].
 
@@ -237,6 +242,8 @@ class JointDemand(Record):
         """
         for kind in kinds:
             require_known("kind of joint", kind, sorted(set(self.joint_kinds)))
+        if set(self.joint_kinds) <= set(kinds):
+            return self
         chosen = [j for j, kind in enumerate(self.joint_kinds) if kind in kinds]
         samples = {k: getattr(self, k)[:, chosen] for k in ("torque", "speed", "acceleration")}
         return replace(

@@ -1,14 +1,14 @@
-"""A motor budget compares a motor with what the joints demand.
-
-A ranking does so for all motors of a catalogue.
-"""
+"""A motor budget compares a motor with what the joints demand."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property
 from typing import Any
+
+import numpy as np
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.drive.catalog import MotorRecord
@@ -16,21 +16,25 @@ from hexapod_pin.drive.catalog.motor_record import Derating
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.schema import named
+from hexapod_pin.results.sizing.battery import BatteryLoad, battery_load, supply_of
 from hexapod_pin.results.sizing.demand import JointDemand
 from hexapod_pin.results.sizing.motor_use import (
     UNITS,
     UNKNOWN,
-    BatteryLoad,
     MotorUse,
-    battery_load,
     finite,
     joint_uses,
     worst_use,
 )
 from hexapod_pin.results.sizing.motors import Motors
 from hexapod_pin.results.sizing.trace_demand import joint_demand
+from hexapod_pin.results.sizing.walking_heat import WalkingHeat, check_ambient, heat_course
+from hexapod_pin.results.sizing.winding import THERMAL_RULE, lasting_torque
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.text_table import Cell, Table, indented, labelled
+
+HOUR = 3600.0
+"""Time over which temperatures are followed [s]."""
 
 NO_MOTOR = ("slide",)
 """Kinds of joints that no motor of a catalogue drives: they need a force."""
@@ -49,6 +53,8 @@ class MotorBudget(Immutable):
         demand: what the motors were compared with.
         derating: what of the data sheet was allowed.
         notes: what is assumed, estimated or unknown.
+        motors: of the joints, as arrays.
+        ambient: temperature of the surroundings [deg C].
     """
 
     motor: str
@@ -59,6 +65,13 @@ class MotorBudget(Immutable):
     demand: JointDemand = field(repr=False)
     derating: Derating
     notes: tuple[str, ...]
+    motors: Motors = field(repr=False, compare=False)
+    ambient: float = 25.0
+
+    @cached_property
+    def hour(self) -> WalkingHeat:
+        """Temperatures over an hour of this walk; see `walking_heat`."""
+        return heat_course(self.demand, self.motors, HOUR, self.ambient)
 
     @property
     def passes(self) -> bool:
@@ -123,6 +136,7 @@ def motor_budget(
     *,
     lost_leg: bool = False,
     ambient: float = 25.0,
+    pack_resistance: float = 0.0,
 ) -> MotorBudget:
     """Return how a motor of the catalogue fares with what joints demand.
 
@@ -134,16 +148,25 @@ def motor_budget(
         kinds: kinds of joint to compare with it; None: all that turn, or those of the mapping.
         lost_leg: whether a joint must also hold the robot with one leg lost.
         ambient: temperature of the surroundings [deg C], *assumed*.
+        pack_resistance: of the battery and its leads [ohm]: its voltage then falls with the sum of
+            all currents at every sample, and the motors' lines with it. The derating's voltage is
+            that of the battery without current. 0: none.
 
     Raises:
-        ParameterError: a row has no no-load speed; a kind has no motor.
+        ParameterError: a row has no no-load speed; a kind has no motor; a temperature or resistance
+            that cannot be.
         UnknownNameError: the run has no joints of such a kind.
     """
     allowed = Derating() if derating is None else derating
+    check_ambient(ambient)
+    if not 0.0 <= pack_resistance < np.inf:
+        raise ParameterError("pack_resistance", pack_resistance, "0 or more, finite [ohm]")
     whole = joint_demand(demand) if isinstance(demand, Trace) else demand
     need = whole.of_kinds(_kinds(whole, record, kinds))
     motors = Motors.of(need.joint_kinds, record, allowed)
-    rows = joint_uses(need, motors, lost_leg, ambient)
+    motors = replace(motors, continuous=lasting_torque(motors, ambient))
+    supply = supply_of(need, motors, pack_resistance) if pack_resistance else None
+    rows = joint_uses(need, motors, lost_leg, ambient, supply)
     names = tuple(dict.fromkeys(need.joint_kinds))
     groups = [[row for row in rows if row.kind == name] for name in names]
     return MotorBudget(
@@ -151,10 +174,12 @@ def motor_budget(
         joints=rows,
         kinds=tuple(worst_use(name, group) for name, group in zip(names, groups, strict=True)),
         robot=worst_use("all", rows),
-        battery=battery_load(need, motors),
+        battery=battery_load(need, motors, pack_resistance),
         demand=need,
         derating=allowed,
         notes=(*need.notes, *motors.notes, *_assumed(rows, allowed, ambient)),
+        motors=motors,
+        ambient=ambient,
     )
 
 
@@ -180,8 +205,12 @@ def _kinds(
 def _assumed(rows: Sequence[MotorUse], derating: Derating, ambient: float) -> Iterator[str]:
     """Yield what the derating rests on, and the surroundings where they count."""
     yield from (f"derating: {ground}" for ground in derating.evidence)
-    if any(row.winding_temperature != UNKNOWN for row in rows):
-        yield f"assumed: surroundings at {ambient:g} deg C; gears without losses"
+    sources = {row.thermal_source for row in rows}
+    if sources - {UNKNOWN}:
+        yield f"assumed: surroundings at {ambient:g} deg C"
+    if "assumed" in sources:
+        yield THERMAL_RULE
+    yield from (row.doubt for row in rows if row.doubtful and row.passes)
 
 
 # A motor's budget as plain text.
@@ -189,7 +218,7 @@ def _assumed(rows: Sequence[MotorUse], derating: Derating, ambient: float) -> It
 USE_HEADER = (
     "", "verdict", "peak\n[-]", "margin\n[N m]", "outside\n[%]", "RMS\n[-]", "moving RMS\n[-]",
     "standing\n[-]", "holding\n[-]", "leg lost\n[-]", "speed\n[-]", "current\npeak [A]", "RMS\n[A]",
-    "heat\n[W]", "winding\n[deg C]",
+    "heat\n[W]", "winding\n[deg C]", "maker's\nrating [-]",
 )  # fmt: skip
 INERTIA_HEADER = (
     "", "load inertia\n[kg m^2]", "rotor's at joint\n[kg m^2]", "load / rotor\n[-]",
@@ -205,6 +234,7 @@ NEED_HEADER = (
 def budget_text(budget: MotorBudget) -> str:
     """Return all tables of a motor's budget, with units."""
     verdict = "PASSES" if budget.passes else "FAILS"
+    verdict += " (doubtful)" if budget.robot.doubtful else ""
     head = [f"{budget.motor} in {budget.demand.robot_name}: {verdict}", _allowed(budget)]
     head += [f"  {reason}" for reason in budget.reasons]
     uses = [_use_cells(row, f"{row.kind} ({row.joint})") for row in budget.kinds]
@@ -214,14 +244,15 @@ def budget_text(budget: MotorBudget) -> str:
     per = "window" if budget.demand.cycles is None else "cycle"
     blocks = (
         head,
-        _table("Need over what is allowed; a use passes at 1 or below", USE_HEADER, uses),
+        sizing_table("Need over what is allowed; a use passes at 1 or below", USE_HEADER, uses),
         demand_lines(budget.demand),
-        _table("Rotor and gear", INERTIA_HEADER, inertias),
+        sizing_table("Rotor and gear", INERTIA_HEADER, inertias),
         [
             f"All joints at the same time, per {per}",
             *work_lines(budget.demand),
             *battery_lines(budget.battery),
         ],
+        budget.hour.table_lines(),
         notes,
     )
     return "\n\n".join("\n".join(block) for block in blocks)
@@ -238,12 +269,13 @@ def demand_lines(demand: JointDemand) -> list[str]:
         for j, joint in enumerate(demand.joint_names)
     ]
     per = "window" if demand.cycles is None else "cycle"
-    return _table(f"Need of every joint; energies per {per}", NEED_HEADER, rows)
+    return sizing_table(f"Need of every joint; energies per {per}", NEED_HEADER, rows)
 
 
-def _table(
+def sizing_table(
     title: str, head: Sequence[str], rows: Sequence[Sequence[Cell]], number: str = ".3g"
 ) -> list[str]:
+    """Return a table of numbers, "unknown" where there is none."""
     return Table(title, head, rows, "<>", number=number, missing=UNKNOWN).lines()
 
 
@@ -265,6 +297,7 @@ def battery_lines(load: BatteryLoad) -> list[str]:
         return [f"  battery current and electrical power: unknown ({load.unknown})"]
     rows = [
         ("supply under load", load.voltage, "V"),
+        *_sag(load),
         ("largest current of all together", load.current_peak, "A"),
         ("sum of the joints' own peaks, for comparison", load.sum_of_peaks, "A"),
         ("mean current", load.current_mean, "A"),
@@ -282,22 +315,43 @@ def battery_lines(load: BatteryLoad) -> list[str]:
     )
 
 
+def _sag(load: BatteryLoad) -> list[tuple[str, float | None, str]]:
+    """Return what the pack's resistance does to the voltage, where one is given."""
+    if not load.pack_resistance:
+        return []
+    return [
+        ("internal resistance of the pack", load.pack_resistance, "ohm"),
+        ("lowest voltage at the motors", load.voltage_least, "V"),
+        ("mean voltage at the motors", load.voltage_mean, "V"),
+        ("share of the time beyond what the pack can give", load.overloaded_share, ""),
+    ]
+
+
 def _allowed(budget: MotorBudget) -> str:
     d = budget.derating
     return (
         f"allowed: {d.peak:g} of the torque-speed line at {d.voltage:g} of the rated voltage; "
-        f"for ever the rated torque, or {d.continuous:g} of stall where none is published"
+        f"for ever {d.continuous:g} of stall, or what heats the winding to its limit where thermal "
+        "constants are published"
     )
 
 
 def _use_cells(row: MotorUse, name: str) -> Sequence[Cell]:
     return (
-        name, "passes" if row.passes else "FAILS", row.peak_use, row.margin,
+        name, row.verdict, row.peak_use, row.margin,
         100.0 * row.outside_share, row.continuous_use, row.thermal_use,
         row.standing_use, row.holding_use, row.lost_leg_use,
         row.speed_use, row.current_peak, row.current_rms,
-        row.winding_heat, row.winding_temperature,
+        row.winding_heat, _winding(row), row.rated_use,
     )  # fmt: skip
+
+
+def _winding(row: MotorUse) -> Cell:
+    """Return the winding's temperature; of assumed constants with the ends of their spread."""
+    middle = row.winding_temperature
+    if isinstance(middle, str) or row.thermal_source != "assumed":
+        return middle
+    return f"{middle:.0f} ({row.winding_cool:.0f} to {row.winding_hot:.0f})"
 
 
 def _inertia_cells(row: MotorUse, demand: JointDemand) -> Sequence[Cell]:
@@ -306,133 +360,3 @@ def _inertia_cells(row: MotorUse, demand: JointDemand) -> Sequence[Cell]:
         row.joint, load, row.armature, row.inertia_ratio,
         row.torque_rms_with_armature, row.optimal_ratio, row.ratio_limit,
     )  # fmt: skip
-
-
-# The motors of a catalogue compared with one run, ranked.
-
-CAVEAT = (
-    "Compared with the run as it is: neither the motors' masses and rotors nor their lines were in "
-    "it. `hexapod-pin select` simulates each motor with them."
-)
-
-FIRST = 5
-"""Motors of a short ranking."""
-
-SHOWN = 15
-"""Motors of the text table that do not pass."""
-
-
-@dataclass(frozen=True)
-class MotorRanking(Immutable):
-    """Motors in their order for one run.
-
-    Attributes:
-        demand: what the joints need.
-        budgets: those that pass every joint first, the lightest first; then the others by how many
-            kinds of joint they fail, and by their largest use.
-        unusable: names and reasons of those without a line.
-        source: of the catalogue.
-    """
-
-    demand: JointDemand
-    budgets: tuple[MotorBudget, ...]
-    masses: tuple[float | None, ...]
-    unusable: tuple[tuple[str, str], ...]
-    source: str
-
-    @property
-    def passing(self) -> tuple[MotorBudget, ...]:
-        """Motors that carry every joint."""
-        return tuple(budget for budget in self.budgets if budget.passes)
-
-    def table(self) -> str:
-        """Return need and ranking as text with units."""
-        good = len(self.passing)
-        shown = self.budgets[: good + SHOWN]
-        head = ["motor", "mass\n[g]", "verdict"]
-        for row in self.budgets[0].kinds if self.budgets else ():
-            head += [f"{row.kind}\npeak", "\nRMS", "\nrest", "\nspeed"]
-        rows = [_cells(b, mass) for b, mass in zip(shown, self.masses, strict=False)]
-        title = f"Motors of {self.source}, need over what is allowed; passes at 1 or below"
-        lines = _table(title, head, rows, ".2g")
-        left = len(self.budgets) - len(shown)
-        lines += [f"and {left} more that fail (--json lists all)"] if left else []
-        why = [f"  {b.motor}: {b.reasons[0]}" for b in shown if b.reasons]
-        lines += ["", "Why not", *why] if why else []
-        lines += [f"  {name}: {reason}" for name, reason in self.unusable]
-        return "\n".join([*demand_lines(self.demand), "", *lines, "", CAVEAT])
-
-    def short_lines(self) -> list[str]:
-        """Return the first motors of the ranking, each with its largest use by kind of joint."""
-        kinds = [row.kind for row in self.budgets[0].kinds] if self.budgets else []
-        rows = [
-            [
-                budget.motor, None if mass is None else f"{1e3 * mass:.4g}",
-                "passes" if budget.passes else "FAILS", *(row.deciding_use for row in budget.kinds),
-            ]
-            for budget, mass in zip(self.budgets[:FIRST], self.masses, strict=False)
-        ]  # fmt: skip
-        count = len(self.passing)
-        title = (
-            f"{count} of {len(self.budgets)} motors pass all joints; largest use, lightest first"
-        )
-        return _table(title, ["motor", "mass\n[g]", "verdict", *kinds], rows, ".2f")
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return all numbers as plain data."""
-        return {
-            "catalog": self.source,
-            "motors": [budget.to_dict() for budget in self.budgets],
-            "unusable": [{"motor": name, "reason": why} for name, why in self.unusable],
-            "caveat": CAVEAT,
-        }
-
-
-@checked
-def motor_ranking(
-    run: Trace | JointDemand,
-    records: Iterable[MotorRecord],
-    derating: Derating | None = None,
-    source: str = "the catalogue",
-) -> MotorRanking:
-    """Return the motors of a catalogue in their order for one run.
-
-    Args:
-        run: a trace, or what its joints need.
-        records: rows of a catalogue; those without a torque-speed line are listed apart.
-        derating: what of the data sheets is allowed; None: the default.
-        source: of the catalogue, for the heading.
-
-    Raises:
-        ParameterError, NotRecordedError: as `joint_demand`; something is no record of a motor.
-    """
-    demand = joint_demand(run) if isinstance(run, Trace) else run
-    rows = list(records)
-    for row in rows:
-        if not hasattr(row, "stall_torque"):
-            raise ParameterError("motor_ranking.records", row, "several of MotorRecord")
-    good = [row for row in rows if row.stall_torque and row.no_load_speed]
-    found = [(motor_budget(demand, row, derating), row.mass) for row in good]
-    found.sort(key=lambda item: _order(*item))
-    usable = {row.name for row in good}
-    bad = tuple((row.name, str(row.unusable)) for row in rows if row.name not in usable)
-    return MotorRanking(demand, tuple(b for b, _ in found), tuple(m for _, m in found), bad, source)
-
-
-def _order(budget: MotorBudget, mass: float | None) -> tuple[Any, ...]:
-    if budget.passes:
-        return (0, mass is None, mass or 0.0, budget.robot.deciding_use)
-    failing = sum(not row.passes for row in budget.kinds)
-    return (1, failing, budget.robot.deciding_use, 0.0)
-
-
-def _cells(budget: MotorBudget, mass: float | None) -> list[Cell]:
-    cells: list[Cell] = [
-        budget.motor,
-        None if mass is None else f"{1e3 * mass:.4g}",
-        "passes" if budget.passes else "FAILS",
-    ]
-    for row in budget.kinds:
-        rest = [use for use in (row.standing_use, row.holding_use) if use is not None]
-        cells += [row.peak_use, row.continuous_use, max(rest, default=None), row.speed_use]
-    return cells

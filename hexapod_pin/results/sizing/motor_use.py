@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -11,13 +11,22 @@ import numpy as np
 from hexapod_pin.arrays import Array
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.result_files import without_non_finite
+from hexapod_pin.results.sizing.battery import Supply
 from hexapod_pin.results.sizing.demand import JointDemand
-from hexapod_pin.results.sizing.motor_current import current_numbers, electrical_power
+from hexapod_pin.results.sizing.motor_current import current_numbers
 from hexapod_pin.results.sizing.motors import Motors, gear_numbers
-from hexapod_pin.results.sizing.winding import thermal_constant, winding_temperatures
+from hexapod_pin.results.sizing.winding import thermal_constant, winding_numbers
 
 UNKNOWN = "unknown"
 """Value of a number whose input is missing in the data sheet."""
+
+LASTING = frozenset(("continuous_use", "thermal_use", "standing_use", "winding_temperature"))
+"""What is decided by heat."""
+
+DOUBT = (
+    "{joint}: the winding of {motor} comes to {cool:.0f} deg C at best and {hot:.0f} deg C at "
+    "worst with assumed thermal constants, {limit:.0f} are allowed: doubtful"
+)
 
 USES = (
     "peak_use", "continuous_use", "thermal_use", "standing_use", "holding_use", "lost_leg_use",
@@ -59,6 +68,12 @@ class MotorUse(Immutable):
         torque_rms_with_armature: RMS torque with this motor's rotor at the same motion, an
             estimate [N m].
         winding_temperature: hottest of the winding in lasting walking [deg C], or "unknown".
+        winding_cool: the same, or that of standing where it is higher, with the thermal constants
+            at which the motor stays coolest [deg C].
+        winding_hot: with those at which it gets hottest [deg C]; equal where they are published.
+        winding_limit: highest temperature that is allowed [deg C].
+        thermal_source: "published", "assumed" or "unknown".
+        rated_use: RMS torque over the maker's own rating, for comparison: it decides nothing [-].
         failures: what is above what is allowed, by the number's name, one sentence each.
         worst: of several joints, which joint sets each number.
     """
@@ -84,6 +99,11 @@ class MotorUse(Immutable):
     ratio_limit: float | None
     torque_rms_with_armature: float | None
     winding_temperature: float | str
+    winding_cool: float | None = None
+    winding_hot: float | None = None
+    winding_limit: float | None = None
+    thermal_source: str = UNKNOWN
+    rated_use: float | None = None
     failures: Mapping[str, str] = field(default_factory=dict)
     worst: Mapping[str, str] = field(default_factory=dict)
 
@@ -93,13 +113,44 @@ class MotorUse(Immutable):
         return not self.failures
 
     @property
+    def doubtful(self) -> bool:
+        """Whether the verdict depends on where in their spread the thermal constants are.
+
+        A motor passes by its derating and is too hot with the worst constants, or fails by its
+        lasting torque alone and stays cool enough with the best.
+        """
+        cool, hot, limit = self.winding_cool, self.winding_hot, self.winding_limit
+        if cool is None or hot is None or limit is None:
+            return False
+        if self.passes:
+            return hot > limit
+        return self.failures.keys() <= LASTING and cool <= limit
+
+    @property
+    def verdict(self) -> str:
+        """The word of tables: "passes", "doubtful" or "FAILS"."""
+        return "doubtful" if self.doubtful else "passes" if self.passes else "FAILS"
+
+    @property
+    def doubt(self) -> str:
+        """Why it is doubtful, in one sentence; empty where it is not."""
+        if not self.doubtful:
+            return ""
+        return DOUBT.format(
+            joint=self.joint, motor=self.motor, cool=self.winding_cool, hot=self.winding_hot,
+            limit=self.winding_limit,
+        )  # fmt: skip
+
+    @property
     def reasons(self) -> tuple[str, ...]:
         """Why it does not pass."""
         return tuple(self.failures.values())
 
     def to_dict(self) -> dict[str, Any]:
         """Return all numbers as plain data."""
-        return asdict(self) | {"passes": self.passes, "deciding_use": self.deciding_use}
+        return asdict(self) | {
+            "passes": self.passes, "verdict": self.verdict, "deciding_use": self.deciding_use
+        }  # fmt: skip
 
     @property
     def deciding_use(self) -> float:
@@ -115,58 +166,12 @@ class MotorUse(Immutable):
         return max(use for use in uses if use is not None)
 
 
-@dataclass(frozen=True)
-class BatteryLoad(Immutable):
-    """What all joints together draw at the same time, an estimate.
-
-    Each motor takes R i^2 + i k w (`motor_current`): of identified servos with the losses of their
-    gears, else from the data sheet's currents. Without regeneration, what a joint's motor would
-    give back is lost in its drive. Standby currents are added. All None where a data sheet has no
-    current.
-
-    Attributes:
-        voltage: of the supply under load [V].
-        current_peak: largest sum of all joints, without regeneration [A].
-        current_mean: [A].
-        current_rms: [A].
-        power_peak: largest sum without regeneration [W].
-        power_mean: without regeneration [W].
-        power_mean_regeneration: what is given back counts [W].
-        energy: per cycle (or window) without regeneration [J].
-        energy_regeneration: the same where what is given back counts [J].
-        cost_of_transport: energy / (m g d) without regeneration [-]; None without a distance.
-        cost_of_transport_regeneration: the same with it [-].
-        sum_of_peaks: of the joints' own largest currents, for comparison [A].
-        unknown: why there are no numbers; empty where there are.
-    """
-
-    voltage: float | None = None
-    current_peak: float | None = None
-    current_mean: float | None = None
-    current_rms: float | None = None
-    power_peak: float | None = None
-    power_mean: float | None = None
-    power_mean_regeneration: float | None = None
-    energy: float | None = None
-    energy_regeneration: float | None = None
-    cost_of_transport: float | None = None
-    cost_of_transport_regeneration: float | None = None
-    sum_of_peaks: float | None = None
-    unknown: str = ""
-
-    def run_time(self, energy: float) -> float | None:
-        """Return how long a battery lasts, nothing given back [s]; None where that is unknown.
-
-        Args:
-            energy: that the battery can give [J], such as 0.8 of its capacity; of 1 Wh 3600 J.
-        """
-        return energy / self.power_mean if self.power_mean else None
-
-
 UNITS = {
     "margin": "N m", "current_peak": "A", "current_rms": "A", "winding_heat": "W",
     "armature": "kg m^2",
-    "torque_rms_with_armature": "N m", "winding_temperature": "deg C", "voltage": "V",
+    "torque_rms_with_armature": "N m", "winding_temperature": "deg C", "winding_cool": "deg C",
+    "winding_hot": "deg C", "winding_limit": "deg C", "voltage": "V", "voltage_least": "V",
+    "voltage_mean": "V", "pack_resistance": "ohm",
     "current_mean": "A", "power_peak": "W", "power_mean": "W",
     "power_mean_regeneration": "W", "energy": "J", "energy_regeneration": "J",
     "sum_of_peaks": "A", "duration": "s", "torque_peak": "N m", "torque_p99": "N m",
@@ -190,36 +195,44 @@ Columns = dict[str, Array]
 
 
 def joint_uses(
-    demand: JointDemand, motors: Motors, lost_leg: bool, ambient: float
-) -> tuple[MotorUse, ...]:
-    """Return one row per joint; see `motor_budget`."""
+    demand: JointDemand, motors: Motors, lost_leg: bool, ambient: float,
+    supply: Supply | None = None,
+) -> tuple[MotorUse, ...]:  # fmt: skip
+    """Return one row per joint; see `motor_budget`. `supply`: of a battery that sags."""
     columns = {
-        **line_numbers(demand, motors),
+        **line_numbers(demand, motors, supply),
         **lasting_numbers(demand, motors),
         **gear_numbers(demand, motors),
         **current_numbers(demand, motors),
-        "winding_temperature": winding_temperatures(demand, motors, ambient),
+        **winding_numbers(demand, motors, ambient),
+        "rated_use": demand.torque_rms / motors.rated,
     }
     judged = [name for name in USES if name != "lost_leg_use"]
     judged += ["lost_leg_use"] if lost_leg else []
     return tuple(_row(demand, motors, columns, judged, j) for j in range(len(motors.records)))
 
 
-def line_numbers(demand: JointDemand, motors: Motors) -> Columns:
+def line_numbers(demand: JointDemand, motors: Motors, supply: Supply | None = None) -> Columns:
     """Return the joints' place below the derated torque-speed line.
 
-    Of samples, and at the largest torque of accepted steps with the speed sampled at that time.
+    Of samples, and at the largest torque of accepted steps with the speed sampled at that time. The
+    line is that of the supply's voltage at that moment, where a battery sags.
     """
     size = np.abs(demand.torque)
-    allowed = motors.allowed(demand.torque, demand.speed)
-    top = motors.allowed(np.ones_like(demand.torque_peak), demand.torque_peak_speed)
+    volts, then, least = None, None, motors.derating.voltage
+    if supply is not None:
+        volts = supply.voltage[:, None] / motors.rated_voltage
+        then = np.interp(demand.torque_peak_time, demand.time, supply.voltage)
+        then, least = then / motors.rated_voltage, volts.min(axis=0)
+    allowed = motors.allowed(demand.torque, demand.speed, volts)
+    top = motors.allowed(np.ones_like(demand.torque_peak), demand.torque_peak_speed, then)
     margin = np.minimum((allowed - size).min(axis=0), top - demand.torque_peak)
     use = np.maximum(share_used(size, allowed).max(axis=0), share_used(demand.torque_peak, top))
     return {
         "peak_use": use,
         "margin": margin,
         "outside_share": demand.weights @ (size > np.maximum(allowed, 0.0)),
-        "speed_use": demand.speed_peak / (motors.derating.voltage * motors.no_load),
+        "speed_use": demand.speed_peak / (least * motors.no_load),
     }
 
 
@@ -260,11 +273,19 @@ def _row(
     }
     if numbers["peak_use"] == np.inf:
         failures["peak_use"] = BEYOND.format(**names)
-    heat, hottest = numbers["winding_temperature"], motors.records[j].winding_temperature_max
+    heat, hottest = numbers["winding_temperature"], numbers["winding_limit"]
     numbers["winding_temperature"] = UNKNOWN if heat is None else heat
-    if heat is not None and hottest is not None and heat > hottest:
+    source = UNKNOWN if heat is None else "published" if motors.heat_known[j] else "assumed"
+    if source == "published" and hottest is not None and heat > hottest:
+        failures = {name: text for name, text in failures.items() if name not in LASTING}
         failures["winding_temperature"] = HOT.format(**names, heat=heat, hottest=hottest)
-    return MotorUse(kind=demand.joint_kinds[j], **names, failures=failures, **numbers)
+    row = MotorUse(
+        kind=demand.joint_kinds[j], thermal_source=source, **names, failures=failures, **numbers
+    )
+    if not row.doubtful or row.passes:
+        return row
+    spread = MARGIN.format(cool=row.winding_cool, hot=row.winding_hot, limit=row.winding_limit)
+    return replace(row, failures={name: text + spread for name, text in failures.items()})
 
 
 REASONS = {
@@ -287,6 +308,10 @@ BEYOND = (
     "{joint}: is to drive beyond the no-load speed of {motor} at the derated voltage, where it can "
     "only brake"
 )
+MARGIN = (
+    " (doubtful: winding at {cool:.0f} to {hot:.0f} deg C with assumed thermal constants, "
+    "{limit:.0f} allowed)"
+)
 HOT = "{joint}: the winding of {motor} reaches {heat:.0f} deg C, {hottest:g} are allowed"
 NEEDS = {
     "peak_use": lambda d: d.torque_peak,
@@ -303,9 +328,9 @@ NEEDS = {
 
 LARGEST = (
     *USES, "outside_share", "current_peak", "current_rms", "winding_heat", "armature",
-    "inertia_ratio", "torque_rms_with_armature",
+    "inertia_ratio", "torque_rms_with_armature", "winding_cool", "winding_hot", "rated_use",
 )  # fmt: skip
-SMALLEST = ("margin", "optimal_ratio", "ratio_limit")
+SMALLEST = ("margin", "optimal_ratio", "ratio_limit", "winding_limit")
 
 
 def worst_use(kind: str, rows: Sequence[MotorUse]) -> MotorUse:
@@ -325,8 +350,10 @@ def worst_use(kind: str, rows: Sequence[MotorUse]) -> MotorUse:
     numbers["winding_temperature"] = max(heats) if len(heats) == len(rows) else UNKNOWN
     decides = max(rows, key=lambda row: row.deciding_use)
     motor = ", ".join(dict.fromkeys(row.motor for row in rows))
+    sources = dict.fromkeys(row.thermal_source for row in rows)
+    source = next(name for name in (UNKNOWN, "assumed", "published") if name in sources)
     return MotorUse(
-        joint=decides.joint, kind=kind, motor=motor, **numbers,
+        joint=decides.joint, kind=kind, motor=motor, thermal_source=source, **numbers,
         failures=_failures(rows), worst=worst,
     )  # fmt: skip
 
@@ -344,55 +371,3 @@ def _failures(rows: Sequence[MotorUse]) -> dict[str, str]:
         if failing:
             found[name] = max(failing, key=lambda row: getattr(row, name)).failures[name]
     return found
-
-
-# What all joints together draw from the battery at the same time: see `BatteryLoad`.
-
-
-def battery_load(demand: JointDemand, motors: Motors) -> BatteryLoad:
-    """Return currents, powers and energies of all joints, from samples."""
-    if reason := _unknown(motors):
-        return BatteryLoad(unknown=reason)
-    supply = float(motors.derating.voltage * motors.rated_voltage[0])
-    power, weights = electrical_power(demand, motors), demand.weights
-    standby = supply * float(np.nansum(motors.standby_current))
-    taken = np.maximum(power, 0.0)
-    drawn, net = supply * battery_current(demand, motors), power.sum(axis=1) + standby
-    mean, mean_net = float(weights @ drawn), float(weights @ net)
-    return BatteryLoad(
-        voltage=supply,
-        current_peak=float(drawn.max()) / supply,
-        current_mean=mean / supply,
-        current_rms=float(np.sqrt(weights @ drawn**2)) / supply,
-        power_peak=float(drawn.max()),
-        power_mean=mean,
-        power_mean_regeneration=mean_net,
-        energy=mean * demand.duration,
-        energy_regeneration=mean_net * demand.duration,
-        cost_of_transport=demand.per_way(mean * demand.duration),
-        cost_of_transport_regeneration=demand.per_way(mean_net * demand.duration),
-        sum_of_peaks=float(taken.max(axis=0).sum() + standby) / supply,
-    )
-
-
-def battery_current(demand: JointDemand, motors: Motors) -> Array:
-    """Return what all joints together draw without regeneration, of samples (T,) [A].
-
-    NaN where a data sheet has no current, or motors of several voltages have no common battery.
-    """
-    if _unknown(motors):
-        return np.full(len(demand.time), np.nan)
-    supply = float(motors.derating.voltage * motors.rated_voltage[0])
-    taken = np.maximum(electrical_power(demand, motors), 0.0)
-    return np.asarray(taken.sum(axis=1) / supply + np.nansum(motors.standby_current))
-
-
-def _unknown(motors: Motors) -> str:
-    """Return why nothing can be computed, if so."""
-    missing = {r.name for r in motors.records if r.stall_current is None}
-    if missing:
-        return f"no stall current is published of {', '.join(sorted(missing))}"
-    voltages = sorted({row.voltage for row in motors.records})
-    if len(voltages) > 1:
-        return f"motors of {' and '.join(f'{v:g} V' for v in voltages)}: no common battery"
-    return ""

@@ -12,7 +12,7 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.drive.catalog import MotorRecord
-from hexapod_pin.drive.catalog.identified import identified_drives
+from hexapod_pin.drive.catalog.identified import identified_for
 from hexapod_pin.drive.catalog.motor_record import Derating
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.sizing.demand import JointDemand
@@ -29,10 +29,11 @@ class Motors:
         stall: T0 at the rated voltage (n,) [N m].
         no_load: w0 at the rated voltage (n,) [rad/s].
         continuous: torque that is allowed for ever (n,) [N m].
+        rated: the maker's own rating of it (n,) [N m].
         armature: rotor inertia at the joint, estimated where none is published (n,) [kg m^2].
         ratio: gear ratio (n,) [-].
         stall_current: I0 at the rated voltage (n,) [A].
-        standby_current: of the electronics (n,) [A].
+        standby_current: of the electronics, *assumed* where none is published (n,) [A].
         rated_voltage: V (n,) [V].
         notes: what is assumed, doubtful or unknown of the rows.
     """
@@ -43,12 +44,18 @@ class Motors:
     stall: Array
     no_load: Array
     continuous: Array
+    rated: Array
     armature: Array
     ratio: Array
     stall_current: Array
     standby_current: Array
     rated_voltage: Array
     notes: tuple[str, ...]
+
+    @property
+    def heat_known(self) -> list[bool]:
+        """Whether each motor's thermal constants, and what they need, are published."""
+        return [all(getattr(row, name) for name in THERMAL) for row in self.records]
 
     @classmethod
     def of(
@@ -83,15 +90,16 @@ class Motors:
             stall=column(lambda r: r.stall_torque),
             no_load=column(lambda r: r.no_load_speed),
             continuous=column(derating.continuous_torque),
+            rated=column(lambda r: r.rated_torque),
             armature=column(lambda r: r.joint_armature),
             ratio=column(lambda r: r.gear_ratio),
             stall_current=column(lambda r: r.stall_current),
-            standby_current=column(lambda r: r.standby_current),
+            standby_current=column(standby_current),
             rated_voltage=column(lambda r: r.voltage),
             notes=tuple(note for row in distinct.values() for note in _notes(row, derating)),
         )  # fmt: skip
 
-    def allowed(self, torque: Array, speed: Array) -> Array:
+    def allowed(self, torque: Array, speed: Array, voltage: Array | None = None) -> Array:
         """Return the largest |torque| that is allowed at a speed, in the torque's direction [N m].
 
         The derating's share of the line of `hp.Motor`, U T0 - T0 v / v0 with v > 0 where the joint
@@ -100,9 +108,19 @@ class Motors:
         Args:
             torque: its sign counts. Shape (..., n).
             speed: signed. Shape (..., n).
+            voltage: U of the supply over the rated one [-]. Shape (..., n) or (..., 1); None: that
+                of the derating.
         """
-        share = self.derating.voltage - np.sign(torque) * speed / self.no_load
+        supply = self.derating.voltage if voltage is None else voltage
+        share = supply - np.sign(torque) * speed / self.no_load
         return np.asarray(self.derating.peak * self.stall * share)
+
+
+THERMAL = (
+    "winding_resistance", "torque_constant", "gear_ratio", "thermal_resistance_winding",
+    "thermal_resistance_housing", "thermal_time_winding", "thermal_time_housing",
+)  # fmt: skip
+"""Columns without which a motor's temperatures are of assumed constants."""
 
 
 def _names(kinds: Sequence[str], records: Sequence[MotorRecord]) -> str:
@@ -112,17 +130,37 @@ def _names(kinds: Sequence[str], records: Sequence[MotorRecord]) -> str:
 
 def _notes(row: MotorRecord, derating: Derating) -> list[str]:
     """Return what to know of a row of the catalogue, and what lasting torque it is given."""
-    lasting = f"continuous torque {derating.continuous_torque(row):.3g} N m"
-    source = "as published" if row.rated_torque else f"{derating.continuous:g} of the stall torque"
-    notes = [f"{lasting}, {source}", *row.flags, *(f"assumed: {text}" for text in row.assumed)]
-    if drive := identified_drives().get(row.model):
+    lasting = (
+        f"continuous torque {derating.continuous_torque(row):.3g} N m, {derating.continuous:g} of "
+        "the stall torque, as of every maker"
+    )
+    if row.rated_torque is not None:
+        lasting += f"; the maker's own rating, not used: {row.rated_torque:.3g} N m"
+    notes = [lasting, *row.flags, *(f"assumed: {text}" for text in row.assumed)]
+    if drive := identified_for(row):
         notes.append(
             f"current and heat from the motor and gear as identified (friction {drive.form}, "
             f"{drive.source})"
         )
-    if row.stall_current is not None and row.standby_current is None:
-        notes.append("no standby current is published: taken as 0")
+    if row.standby_current is None:
+        notes.append(
+            f"assumed: standby current {1e3 * standby_current(row):g} mA, none is published"
+        )
     return [f"{row.name}: {note}" for note in notes]
+
+
+STANDBY_BUS = 0.04
+"""Standby current of a servo on a bus [A]: median of the catalogue's published ones (*assumed*)."""
+
+STANDBY_PWM = 0.01
+"""Of a servo with a pulse as its command [A]: Hitec's HS-311 draws 8 mA at rest (*assumed*)."""
+
+
+def standby_current(row: MotorRecord) -> float:
+    """Return the current of a motor's electronics alone [A], *assumed* where none is published."""
+    if row.standby_current is not None:
+        return row.standby_current
+    return STANDBY_PWM if row.buses == ("PWM",) else STANDBY_BUS
 
 
 # Rotor against load: reflected inertia, inertia ratio, and the gear ratio of least RMS torque.

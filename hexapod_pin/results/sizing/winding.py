@@ -1,33 +1,50 @@
 """Temperature of a winding: two thermal bodies, and a resistance that grows with temperature.
 
-    C_w T_w' = P - (T_w - T_h) / R_wh         P = i^2 R_25 (1 + 0.0039 (T_w - 25))
+    C_w T_w' = P - (T_w - T_h) / R_wh
     C_h T_h' = (T_w - T_h) / R_wh - (T_h - T_a) / R_ha
+    P = i^2 R_25 (1 + a (T_w - 25)) / (1 - b (T_h - 25))^2
 
 w winding, h housing, a surroundings; C = time constant / resistance, as maxon's data sheets state
-both. With a constant mean square of the current this is linear, and solved as such.
+both. i is the current of the cold motor at the torque that the joint needs; the magnets weaken with
+the housing's temperature by b, and the current grows so that the torque stays.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.drive.catalog import MotorRecord
-from hexapod_pin.results.sizing.demand import JointDemand
+from hexapod_pin.drive.catalog.motor_record import Derating
+from hexapod_pin.results.sizing.demand import JointDemand, largest_lagged
+from hexapod_pin.results.sizing.motor_current import (
+    current_per_torque,
+    mean_square_current,
+    motor_current,
+    resistance,
+)
 from hexapod_pin.results.sizing.motors import Motors
 
 COPPER = 0.0039
 """Rise of copper's resistance, over that at 25 deg C [1/K]."""
 
+MAGNET = 0.0011
+"""Fall of a torque constant with the magnets' temperature, over that at 25 deg C [1/K]: that of
+neodymium; ferrite loses 0.002."""
+
 REFERENCE = 25.0
-"""Temperature at which resistances are stated [deg C]."""
+"""Temperature at which resistances and torque constants are stated [deg C]."""
+
+NEWTON_STEPS = 60
+"""Newton steps for the lasting loss at most: quadratic convergence from below."""
 
 
 @dataclass(frozen=True)
 class Winding:
-    """Thermal constants of a motor, as data sheets state them.
+    """Thermal constants of a motor, as data sheets state them; or of n joints' motors, as arrays.
 
     Attributes:
         resistance: of the winding at 25 deg C [ohm].
@@ -36,6 +53,7 @@ class Winding:
         winding_time: time constant of the winding [s].
         housing_time: of the housing [s].
         copper: rise of the resistance [1/K].
+        magnet: fall of the torque constant with the housing's temperature [1/K].
     """
 
     resistance: float
@@ -44,32 +62,54 @@ class Winding:
     winding_time: float
     housing_time: float
     copper: float = COPPER
+    magnet: float = 0.0
+
+    def of(self, joints: Array) -> Winding:
+        """Return the constants of some of the joints, of arrays of all."""
+        return Winding(*(np.atleast_1d(x)[joints] for x in self._arrays()))  # type: ignore[arg-type]
+
+    def _arrays(self) -> tuple[Array, ...]:
+        shape = np.shape(self.resistance) or (1,)
+        return tuple(np.broadcast_to(np.asarray(x, float), shape) for x in vars(self).values())
 
     def course(self, mean_square: float, times: Array, ambient: float = 25.0) -> Array:
         """Return the winding's temperature after starting cold [deg C].
 
         Args:
             mean_square: of the current [A^2].
-            times: since the start [s]. Shape (T,).
+            times: since the start [s], increasing. Shape (T,).
             ambient: temperature of the surroundings, and of the motor at first [deg C].
 
         Returns:
             Shape (T,).
         """
-        system, source = self._system(mean_square, ambient)
-        rates, shapes = np.linalg.eig(system)
-        push = np.linalg.solve(shapes, source + system @ np.full(2, ambient))
-        with np.errstate(over="ignore"):
-            grown = [np.expm1(r * times) / r if r else times for r in rates]
-        return np.asarray(ambient + np.real(shapes[0] @ (push[:, None] * np.array(grown))))
+        one = Winding(*self._arrays())  # type: ignore[arg-type]
+        return two_body_course(one, np.array([mean_square]), times, ambient)[:, 0, 0]
+
+    def lasting_loss(self, mean_square: float, ambient: float = 25.0) -> float:
+        """Return the winding's loss in the end [W]; infinite where it runs away."""
+        cold = np.asarray(mean_square * self.resistance, dtype=float)
+        total = self.to_housing + self.to_ambient
+        weaker, hotter = self.magnet * self.to_ambient, self.copper * total
+        full = 1.0 - self.magnet * (ambient - REFERENCE)
+        warm = 1.0 + self.copper * (ambient - REFERENCE)
+        loss = np.zeros(np.broadcast(cold, total).shape)
+        with np.errstate(all="ignore"):
+            for _ in range(NEWTON_STEPS):
+                left = full - weaker * loss
+                made = cold * (warm + hotter * loss) / left**2
+                slope = cold * hotter / left**2 + 2.0 * weaker * made / left
+                step = (made - loss) / (1.0 - slope)
+                loss = np.where((slope < 1.0) & (left > 0.0), loss + step, np.inf)
+                if not np.any(np.abs(step) > 1e-14 * np.abs(loss)):
+                    break
+        found = np.where(np.isnan(cold + total), np.nan, np.where(np.isnan(loss), np.inf, loss))
+        return found if found.shape else float(found)  # type: ignore[return-value]
 
     def lasting(self, mean_square: float, ambient: float = 25.0) -> float:
         """Return the winding's temperature in the end [deg C]; infinite where it runs away."""
-        cold = mean_square * self.resistance * (self.to_housing + self.to_ambient)
-        growth = 1.0 - self.copper * cold
-        if growth <= 0.0:
-            return float("inf")
-        return ambient + cold * (1.0 + self.copper * (ambient - REFERENCE)) / growth
+        loss = self.lasting_loss(mean_square, ambient)
+        return ambient + (self.to_housing + self.to_ambient) * loss
 
     def hottest(self, mean_square: float, moving_square: float, ambient: float = 25.0) -> float:
         """Return the largest temperature in a lasting, repeating load [deg C].
@@ -81,43 +121,170 @@ class Winding:
             moving_square: its largest mean square behind a lag of `winding_time` [A^2].
             ambient: temperature of the surroundings [deg C].
         """
-        lasting = self.lasting(mean_square, ambient)
-        loss = self.resistance * (1.0 + self.copper * (lasting - REFERENCE))
-        return lasting + self.to_housing * loss * (moving_square - mean_square)
+        loss = self.lasting_loss(mean_square, ambient)
+        lasting = ambient + (self.to_housing + self.to_ambient) * loss
+        per_square = self.loss_per_square(lasting, ambient + self.to_ambient * loss)
+        return lasting + self.to_housing * per_square * (moving_square - mean_square)
 
-    def _system(self, mean_square: float, ambient: float) -> tuple[Array, Array]:
-        """Return the matrix and the source of d/dt (T_w, T_h) [1/s, K/s]."""
-        loss = mean_square * self.resistance
-        winding, housing = self.winding_time / self.to_housing, self.housing_time / self.to_ambient
-        system = np.array(
-            [
-                [(self.copper * loss - 1.0 / self.to_housing) / winding, 1.0 / self.winding_time],
-                [1.0 / (self.to_housing * housing), 0.0],
-            ]
-        )
-        system[1, 1] = -(1.0 / self.to_housing + 1.0 / self.to_ambient) / housing
-        source = np.array(
-            [loss * (1.0 - self.copper * REFERENCE) / winding, ambient / self.housing_time]
-        )
-        return system, source
+    def allowed_square(self, hottest: float, ambient: float = 25.0) -> float:
+        """Return the lasting mean square of the current at which the winding is that hot [A^2]."""
+        loss = np.maximum(hottest - ambient, 0.0) / (self.to_housing + self.to_ambient)
+        return loss / self.loss_per_square(hottest, ambient + self.to_ambient * loss)
+
+    def loss_per_square(self, winding: float, housing: float) -> float:
+        """Return the loss over the square of the cold motor's current [ohm]."""
+        warm = 1.0 + self.copper * (winding - REFERENCE)
+        return self.resistance * warm / (1.0 - self.magnet * (housing - REFERENCE)) ** 2
 
 
-def winding_temperatures(demand: JointDemand, motors: Motors, ambient: float) -> Array:
-    """Return the hottest winding temperature in lasting walking (n,) [deg C]; NaN where unknown.
+STEPS_OF_HOUSING = 20
+"""Steps within a time constant of the housing: the magnets' temperature is constant in each."""
 
-    The current is the joint's torque through the gear, without the gear's losses, over the
-    torque constant of the motor itself: a low estimate.
+
+def two_body_course(
+    winding: Winding, mean_square: Array, times: Array, ambient: float = 25.0
+) -> Array:
+    """Return the temperatures of n windings and housings after starting cold [deg C].
+
+    The two equations are linear while the magnets keep their temperature. Steps of a twentieth of
+    the housing's time constant are solved exactly, with the housing's mean temperature of the step:
+    of second order, and exact without magnets.
+
+    Args:
+        winding: constants of n motors, arrays (n,).
+        mean_square: of the cold motors' currents (n,) [A^2].
+        times: since the start [s], increasing. Shape (T,).
+        ambient: temperature of the surroundings, and of the motors at first [deg C].
+
+    Returns:
+        Winding and housing. Shape (T, 2, n).
     """
-    found = np.full(len(motors.records), np.nan)
-    for j, row in enumerate(motors.records):
-        winding, constant = winding_of(row), row.torque_constant
-        if winding is None or constant is None or row.gear_ratio is None:
-            continue
-        per_torque = 1.0 / (constant * row.gear_ratio)
-        moving = demand.thermal_rms(winding.winding_time)[j]
-        squares = (per_torque * demand.torque_rms[j]) ** 2, (per_torque * moving) ** 2
-        found[j] = winding.hottest(*squares, ambient)
+    state = np.full((len(mean_square), 2), float(ambient))
+    found, now = np.empty((len(times), 2, len(mean_square))), 0.0
+    longest = float(np.min(winding.housing_time)) / STEPS_OF_HOUSING
+    for k, time in enumerate(times):
+        steps = max(1, int(np.ceil((time - now) / longest))) if np.any(winding.magnet) else 1
+        for _ in range(steps if time > now else 0):
+            ahead = _step(winding, mean_square, state, state[:, 1], (time - now) / steps, ambient)
+            middle = 0.5 * (state[:, 1] + ahead[:, 1])
+            state = _step(winding, mean_square, state, middle, (time - now) / steps, ambient)
+        found[k], now = state.T, time
     return found
+
+
+def _step(
+    w: Winding, square: Array, state: Array, magnets: Array, step: float, ambient: float
+) -> Array:
+    """Return (n, 2) temperatures a step later, the magnets' temperature being constant in it."""
+    loss = square * w.resistance / (1.0 - w.magnet * (magnets - REFERENCE)) ** 2
+    heat, mass = w.winding_time / w.to_housing, w.housing_time / w.to_ambient
+    a, b = (w.copper * loss - 1.0 / w.to_housing) / heat, 1.0 / w.winding_time
+    c, d = 1.0 / (w.to_housing * mass), -(1.0 / w.to_housing + 1.0 / w.to_ambient) / mass
+    slope = np.empty_like(state)  # d/dt of both temperatures; of the system [[a, b], [c, d]]
+    slope[:, 0] = a * state[:, 0] + b * state[:, 1] + loss * (1.0 - w.copper * REFERENCE) / heat
+    slope[:, 1] = c * state[:, 0] + d * state[:, 1] + ambient / w.housing_time
+    middle, half = 0.5 * (a + d), np.sqrt(0.25 * (a - d) ** 2 + b * c)  # its rates: real, distinct
+    high, low = _grown(middle + half, step), _grown(middle - half, step)
+    lean, even = 0.5 * (high - low) / half, 0.5 * (high + low)
+    found = np.empty_like(state)
+    found[:, 0] = even * slope[:, 0] + lean * ((a - middle) * slope[:, 0] + b * slope[:, 1])
+    found[:, 1] = even * slope[:, 1] + lean * (c * slope[:, 0] + (d - middle) * slope[:, 1])
+    return np.asarray(state + found)
+
+
+def _grown(rate: Array, step: float) -> Array:
+    """Return (exp(rate step) - 1) / rate, step where the rate is 0 [s]."""
+    with np.errstate(all="ignore"):
+        return np.where(rate == 0.0, step, np.expm1(rate * step) / rate)
+
+
+# Thermal constants: published, or assumed by the motor's mass with a spread.
+
+HOUSING_RESISTANCE = 2.0
+"""Housing to surroundings, times mass^(2/3) [K/W kg^(2/3)] (*assumed*, docs/motors.md)."""
+
+WINDING_RESISTANCE = 1.5
+"""Winding to housing, likewise [K/W kg^(2/3)] (*assumed*)."""
+
+HEAT_CAPACITY = 800.0
+"""Of the whole motor over its mass [J/(K kg)] (*assumed*)."""
+
+WINDING_CAPACITY = 15.0
+"""Of its winding over the motor's mass [J/(K kg)]: 4 % of it is copper (*assumed*)."""
+
+SPREAD = 2.0
+"""Factor on both thermal resistances, up and down, that the sources leave (*assumed*)."""
+
+WINDING_LIMIT = 100.0
+"""Highest temperature of a winding where no maker states one [deg C] (*assumed*)."""
+
+THERMAL_RULE = (
+    f"thermal constants assumed by mass m: winding to housing {WINDING_RESISTANCE:g} K/W, housing "
+    f"to surroundings {HOUSING_RESISTANCE:g} K/W, both times (1 kg / m)^(2/3) and uncertain by a "
+    f"factor of {SPREAD:g}; winding up to {WINDING_LIMIT:g} deg C (docs/motors.md)"
+)
+
+
+class Thermal(NamedTuple):
+    """Thermal constants of the motors of n joints, arrays (n,); NaN where they are not known.
+
+    Attributes:
+        cool: those at which a motor stays coolest.
+        middle: the published ones, or the middle of those that are assumed.
+        hot: those at which it gets hottest; all three are equal where they are published.
+        known: whether they are published.
+        limit: highest temperature of the winding [deg C]; NaN where published constants lack it.
+    """
+
+    cool: Winding
+    middle: Winding
+    hot: Winding
+    known: Array
+    limit: Array
+
+
+def thermal_of(motors: Motors) -> Thermal:
+    """Return the thermal constants of joints' motors: published, else assumed by mass."""
+    ohm = resistance(motors)
+    complete = zip(motors.records, motors.heat_known, strict=True)
+    known = [winding_of(row) if known else None for row, known in complete]
+    masses = [np.nan if row.mass is None else row.mass for row in motors.records]
+
+    def constants(factor: float) -> Winding:
+        rows = [
+            (w.resistance, w.to_housing, w.to_ambient, w.winding_time, w.housing_time)
+            if w is not None
+            else (ohm[j], *assumed_constants(masses[j], factor))
+            for j, w in enumerate(known)
+        ]
+        return Winding(*np.array(rows).T, magnet=MAGNET)
+
+    limits = [
+        np.nan if row.winding_temperature_max is None and w is not None
+        else WINDING_LIMIT if row.winding_temperature_max is None
+        else row.winding_temperature_max
+        for row, w in zip(motors.records, known, strict=True)
+    ]  # fmt: skip
+    return Thermal(
+        constants(1.0 / SPREAD), constants(1.0), constants(SPREAD),
+        np.array([w is not None for w in known]), np.array(limits),
+    )  # fmt: skip
+
+
+def assumed_constants(mass: float, factor: float = 1.0) -> tuple[float, float, float, float]:
+    """Return thermal constants *assumed* of a motor by its mass, as `Winding` has them.
+
+    Args:
+        mass: of the motor with gear and electronics [kg].
+        factor: on both thermal resistances, and so on the time constants.
+
+    Returns:
+        Winding to housing and housing to surroundings [K/W], time constants of both [s].
+    """
+    size = factor * mass ** (-2.0 / 3.0)
+    to_housing, to_ambient = WINDING_RESISTANCE * size, HOUSING_RESISTANCE * size
+    times = to_housing * WINDING_CAPACITY * mass, to_ambient * HEAT_CAPACITY * mass
+    return to_housing, to_ambient, *times
 
 
 def winding_of(row: MotorRecord) -> Winding | None:
@@ -127,9 +294,63 @@ def winding_of(row: MotorRecord) -> Winding | None:
         row.thermal_time_winding, row.thermal_time_housing,
     )  # fmt: skip
     known = [value for value in found if value is not None]
-    return Winding(*known) if len(known) == len(found) else None
+    return Winding(*known, magnet=MAGNET) if len(known) == len(found) else None
 
 
 def thermal_constant(row: MotorRecord) -> float | None:
     """Return the time constant over which heat counts [s]: the winding's, else the housing's."""
     return row.thermal_time_winding or row.thermal_time_housing
+
+
+def winding_numbers(demand: JointDemand, motors: Motors, ambient: float) -> dict[str, Array]:
+    """Return temperatures of lasting walking and standing, named as in `MotorUse` (n,) [deg C].
+
+    The current is the motor's own (`motor_current`). The ripple within a cycle counts where the
+    constants are published; with assumed ones it is far within their spread.
+    """
+    thermal = thermal_of(motors)
+    mean = mean_square_current(demand, motors)
+    rest = (current_per_torque(motors) * np.nan_to_num(demand.standing)) ** 2
+    middle = np.asarray(thermal.middle.lasting(mean, ambient))  # type: ignore[arg-type]
+    ends = [
+        np.maximum(w.lasting(mean, ambient), w.lasting(rest, ambient))  # type: ignore[arg-type]
+        for w in (thermal.cool, thermal.hot)
+    ]
+    if thermal.known.any():
+        moving = mean + _ripple(demand, motors, thermal)
+        with_ripple = thermal.middle.hottest(mean, moving, ambient)  # type: ignore[arg-type]
+        middle = np.where(thermal.known, with_ripple, middle)
+        ends = [np.where(thermal.known, np.maximum(with_ripple, end), end) for end in ends]
+    return {
+        "winding_temperature": middle, "winding_cool": ends[0], "winding_hot": ends[1],
+        "winding_limit": thermal.limit,
+    }  # fmt: skip
+
+
+def _ripple(demand: JointDemand, motors: Motors, thermal: Thermal) -> Array:
+    """Return by how much a winding's lag of the current's square exceeds its mean (n,) [A^2]."""
+    square = motor_current(demand, motors) ** 2
+    found = np.zeros(square.shape[1])
+    for j in np.flatnonzero(thermal.known):
+        column = square[:, [j]]
+        moving = largest_lagged(demand.time, column, float(thermal.middle.winding_time[j]))  # type: ignore[index]
+        found[j] = moving[0] - (demand.weights @ column)[0]
+    return found
+
+
+def lasting_torque(motors: Motors, ambient: float = 25.0) -> Array:
+    """Return the torque that joints' motors may give for ever (n,) [N m].
+
+    Where thermal constants and limit of the winding are published: the torque at which it comes to
+    that limit. Else the same share of the stall torque for every maker (`Derating.continuous`).
+    """
+    derated = np.array([motors.derating.continuous_torque(row) for row in motors.records])
+    thermal = thermal_of(motors)
+    square = thermal.middle.allowed_square(thermal.limit, ambient)  # type: ignore[arg-type]
+    by_heat = np.sqrt(square) / current_per_torque(motors)
+    return np.where(thermal.known & np.isfinite(thermal.limit), by_heat, derated)
+
+
+def lasting_torque_of(record: MotorRecord, derating: Derating) -> float:
+    """Return `lasting_torque` of one row of the catalogue [N m]."""
+    return float(lasting_torque(Motors.of(("all",), record, derating))[0])

@@ -15,7 +15,7 @@ from hexapod_pin.errors import HexapodError
 from hexapod_pin.results.joint_budget import joint_kinds
 from hexapod_pin.results.motor_selection import USES, KindUse, MotorCandidate, WalkRun
 from hexapod_pin.results.sizing import JointDemand, MotorUse, joint_demand, motor_budget
-from hexapod_pin.results.sizing.motor_use import BatteryLoad
+from hexapod_pin.results.sizing.battery import BatteryLoad
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.walk_verdict import summary_verdict, walk_verdict
