@@ -16,26 +16,45 @@ CATALOG = hp.load_catalog()
 
 
 def test_rows_and_values_of_the_catalogue() -> None:
-    """Seventy rows of thirty models, each with its source; AX-12A as in the ROBOTIS e-Manual."""
+    """Ninety rows of 45 models, each with its source; AX-12A as in the ROBOTIS e-Manual."""
     record = CATALOG.get("ax-12a")
     assert record.name == "AX-12A at 12 V"
     assert record.stall_torque == 1.5
     assert record.no_load_speed == pytest.approx(59 * 2 * 3.14159265 / 60, rel=1e-5)
     assert (record.mass, record.gear_ratio, record.stall_current) == (0.0546, 254.0, 1.5)
     assert (record.price, record.rated_torque, record.winding_resistance) == (None, None, None)
-    assert (len(CATALOG), len(CATALOG.models)) == (70, 30)
-    assert len({record.name for record in CATALOG}) == 70
+    assert (len(CATALOG), len(CATALOG.models)) == (90, 45)
+    assert len({record.name for record in CATALOG}) == 90
     assert all(record.source for record in CATALOG)
     assert all(r.armature_source for r in CATALOG if r.armature is not None)
     speeds = [record.no_load_speed for record in CATALOG if record.no_load_speed]
-    assert (min(speeds), max(speeds)) == (2.8274, 12.8805)
+    assert (min(speeds), max(speeds)) == (2.8274, 47.7522)  # XL330-M077: 77.5 : 1
+    wanted = set(
+        """LX-16A LX-224 DS3218 DS3225 MG996R HS-645MG XL330-M288 XL330-M077 XC330-M288
+        XC330-M181 XC330-T288 XC330-T181 XL430-W250 STS3032 STS3215 STS3215-C018 SCS15 AX-12A AK80-6
+        AK80-9""".split()
+    )
+    assert wanted <= set(CATALOG.models)
+
+
+def test_buses_prices_and_their_sources() -> None:
+    """A price has a currency, a day and a source; a bus is one of four, unknown of one model."""
+    buses = {name for record in CATALOG for name in record.buses}
+    assert buses == {"TTL", "RS-485", "PWM", "CAN"}
+    assert {r.model for r in CATALOG if not r.buses} == {"HerkuleX DRS-0201"}
+    assert CATALOG.get("MX-64", 12.0).buses == ("TTL", "RS-485")
+    priced = [record for record in CATALOG if record.price is not None]
+    assert len(priced) == 21
+    assert all((r.currency, r.price_date) == ("USD", "2026-10-01") for r in priced)
+    assert all(record.price_source for record in priced)
 
 
 def test_flaws_of_rows_are_reported() -> None:
-    """Four rows imply an efficiency above one; others lack speed or mass; MG996R is uncertain."""
+    """Eight rows imply an efficiency above one; others lack speed or mass; MG996R is uncertain."""
     flagged = {r.name: r for r in CATALOG if any("inconsistent" in flag for flag in r.flags)}
     assert set(flagged) == {
         "XC330-T181 at 9 V", "XC430-W150 at 9 V", "XC430-W150 at 11.1 V", "XC430-W150 at 12 V",
+        "XL330-M077 at 3.7 V", "XL330-M077 at 5 V", "XL330-M077 at 6 V", "XC330-M181 at 3.7 V",
     }  # fmt: skip
     worst = flagged["XC430-W150 at 12 V"]
     assert worst.implied_efficiency == pytest.approx(1.6 / 1.4 * 11.1003 / 12, rel=1e-12)
@@ -49,7 +68,7 @@ def test_flaws_of_rows_are_reported() -> None:
         lame.motor()
     assert "no mass" in str(CATALOG.get("STS3250").unusable)
     assert CATALOG.get("STS3250").motor().stall_torque == 4.903
-    assert {r.model for r in CATALOG if r.unusable} == {"HerkuleX DRS-0201", "STS3250", "ST3215"}
+    assert {r.model for r in CATALOG if r.unusable} == {"HerkuleX DRS-0201", "STS3250", "SCS15"}
 
 
 @pytest.mark.parametrize(
@@ -107,9 +126,9 @@ def test_armature_is_published_or_estimated() -> None:
         if (time := armature.mechanical_time(record)) is not None:
             times.setdefault(record.model, []).append(time)
     middle = {model: median(values) for model, values in times.items()}
-    assert set(middle) == {"MX-64", "MX-106", "XL-320", "XL330-M288", "ST3215"}
+    assert set(middle) == {"MX-64", "MX-106", "XL-320", "XL330-M288", "STS3215", "AK80-6"}
     coreless = (middle["MX-64"] + middle["MX-106"]) / 2
-    cored = median(middle[m] for m in ("XL-320", "XL330-M288", "ST3215"))
+    cored = median(middle[m] for m in ("XL-320", "XL330-M288", "STS3215"))
     assert pytest.approx(coreless, rel=0.03) == armature.CORELESS_TIME  # two digits are stated
     assert pytest.approx(cored, rel=0.03) == armature.CORED_TIME
     record = CATALOG.get("XM430-W350", 12.0)
@@ -135,18 +154,22 @@ def test_names_and_voltages() -> None:
     with refused(ParameterError, "voltage", 7.4, allowed=(10.0, 14.8)):
         CATALOG.supplied("XM430-W350", 7.4)
     found = hp.load_catalog().at(24.0)
-    assert {row.name for row in found} == {"XH540-V150 at 24 V", "XH540-V270 at 24 V"}
+    assert {row.name for row in found} == {
+        "XH540-V150 at 24 V", "XH540-V270 at 24 V", "XH430-V210 at 24 V", "XH430-V350 at 24 V",
+        "AK80-6 at 24 V", "AK80-9 at 24 V",
+    }  # fmt: skip
     with refused(ParameterError, "voltage", 13.37, allowed=(12.0, 14.8, 24.0)):
         hp.load_catalog().at(13.37)
 
 
 def test_derating() -> None:
-    """A fifth of stall, or the rated torque where the maker publishes one; evidence for each."""
+    """A fifth of stall of every maker, whatever it rates its motors at; evidence for each."""
     derating = hp.sizing.Derating()
     assert (derating.peak, derating.continuous, derating.voltage) == (0.8, 0.2, 0.9)
     assert derating.continuous_torque(CATALOG.get("AX-12A")) == pytest.approx(0.3, rel=1e-12)
     rated = CATALOG.get("STS3215-C018")
-    assert derating.continuous_torque(rated) == rated.rated_torque == 0.981
+    assert derating.continuous_torque(rated) == pytest.approx(0.2 * 2.942)
+    assert rated.rated_torque == 0.981  # for comparison alone
     assert any("1/5" in line and "e-Manual" in line for line in derating.evidence)
     assert sum("*assumed*" in line for line in derating.evidence) == 2
     mine = hp.sizing.Derating(continuous=0.5)
@@ -167,10 +190,9 @@ def test_the_catalogue_is_written_and_shown(tmp_path: Path) -> None:
     page = (Path(__file__).parents[1] / "docs" / "motors.md").read_text(encoding="utf-8")
     assert page.endswith(f"\n\n{CATALOG.table()}\n")
     table = CATALOG.table().splitlines()
-    assert len(table) == 32
-    assert (
-        "| MX-64 | 11.1 / 12 / 14.8 | 5.5 / 6 / 7.3 | 6.07 / 6.6 / 8.17 |  | 135 | 12 |  |" in table
-    )
+    assert len(table) == 47
+    numbers = "11.1 / 12 / 14.8 | 5.5 / 6 / 7.3 | 6.07 / 6.6 / 8.17 |  | 135 | 12 |  |  |"
+    assert f"| MX-64 | TTL/RS-485 | {numbers}" in table
     path = CATALOG.save(tmp_path / "mine.csv")
     again = hp.load_catalog(path)
     assert again.records == CATALOG.records

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import hexapod_pin as hp
+from hexapod_pin.errors import ParameterError
 from tests.sizing_cases import OMEGA, cycle, demand, full, of_motion, record
 
 
@@ -99,3 +100,50 @@ def test_a_walk_again_from_its_arrays() -> None:
     assert load.energy == pytest.approx(0.6 * mean, rel=1e-6)  # a cycle of 0.6 s
     assert load.current_peak < load.sum_of_peaks
     assert load.cost_of_transport == pytest.approx(load.energy / (found.weight * found.distance))
+
+
+def test_a_pack_sags_by_the_current_of_all_motors_together() -> None:
+    """U^2 - U0 U + r P = 0 of a constant power, at each sample; the line falls with U."""
+    time = cycle(10)
+    ones = np.ones((11, 1))
+    found = of_motion(0.8 * ones, 4.0 * ones, time)
+    budget = hp.motor_budget(found, record(), full(), pack_resistance=1.5)
+    power = 12.0 * (0.8 / 2.0 + 4.0 / 8.0) * (3.0 * 0.8 / 2.0)
+    volts = 6.0 + np.sqrt(36.0 - 1.5 * power)
+    load = budget.battery
+    assert load.voltage_least == pytest.approx(volts) and load.voltage == pytest.approx(12.0)
+    assert load.current_peak == pytest.approx((12.0 - volts) / 1.5)  # the line of a resistance
+    assert load.power_mean == pytest.approx(12.0 * load.current_mean) and not load.overloaded_share
+    row = budget.joints[0]
+    assert row.peak_use == pytest.approx(0.8 / (2.0 * (volts / 12.0 - 0.5)))
+    assert row.speed_use == pytest.approx(4.0 / (8.0 * volts / 12.0))
+    assert "lowest voltage at the motors" in budget.table()
+    stiff = hp.motor_budget(found, record(), full())
+    assert stiff.passes and stiff.battery.voltage_least == pytest.approx(12.0)
+    assert not budget.passes and "internal resistance" not in stiff.table()
+
+
+def test_a_pack_that_cannot_give_the_power_says_so() -> None:
+    """R P above U0^2 / 4: at half the voltage it gives most; a resistance that is none is refused.
+
+    Standby currents load it too: 3 motors of 0.4 A at rest, 12 V - 1.2 A x 2 ohm.
+    """
+    ones = np.ones((11, 1))
+    found = of_motion(1.0 * ones, 4.0 * ones, cycle(10))
+    load = hp.motor_budget(found, record(), full(), pack_resistance=3.0).battery
+    assert load.overloaded_share == pytest.approx(1.0) and load.voltage_least == pytest.approx(6.0)
+    still = of_motion(np.zeros((11, 3)), np.zeros((11, 3)), cycle(10))
+    load = hp.motor_budget(still, record(standby_current=0.4), full(), pack_resistance=2.0).battery
+    assert load.voltage_least == pytest.approx(9.6)
+    for wrong in (-0.1, float("nan")):
+        with pytest.raises(ParameterError, match="pack_resistance"):
+            hp.motor_budget(found, record(), pack_resistance=wrong)
+
+
+def test_standby_currents_that_no_maker_states_are_assumed_and_said() -> None:
+    """40 mA on a bus, 10 mA of a servo with pulses."""
+    still = of_motion(np.zeros((11, 2)), np.zeros((11, 2)), cycle(10))
+    for bus, current in (("TTL", 0.04), ("PWM", 0.01)):
+        budget = hp.motor_budget(still, record(standby_current=None, bus=bus), full())
+        assert budget.battery.current_mean == pytest.approx(2 * current)
+        assert any("assumed: standby current" in note for note in budget.notes)

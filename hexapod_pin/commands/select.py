@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json as json_text
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -45,6 +46,18 @@ def select(
     voltage: Annotated[
         OptionalFloat, typer.Option(help="Of the battery [V]: only rows of that voltage.")
     ] = None,
+    bus: Annotated[
+        list[str] | None, typer.Option(help="Only motors with this bus: TTL, RS-485, PWM, CAN.")
+    ] = None,
+    maker: Annotated[
+        list[str] | None, typer.Option(help="Only motors of this maker; may be repeated.")
+    ] = None,
+    price_below: Annotated[
+        OptionalFloat,
+        typer.Option(
+            help="Only motors with a known price up to this, in the catalogue's currency."
+        ),
+    ] = None,
     motor_mass: Annotated[
         OptionalFloat,
         typer.Option(
@@ -80,7 +93,12 @@ def select(
 
     report = None if no_html else writable("--html", html, PAGES, drawn=True)
     table = None if csv is None else writable("--csv", csv, (".csv",))
-    text, folder = study_text(robot, study, catalog, voltage, motor_mass, repair)
+    given = {
+        "catalog": None if catalog is None else str(user_path(catalog).absolute()),
+        "voltage": voltage, "buses": bus or None, "makers": maker or None,
+        "dearest": price_below, "motor_mass": motor_mass,
+    }  # fmt: skip
+    text, folder = study_text(robot, study, given, repair)
     how = run_options(store, resume, retry_failed, threads, processes, scheduler)
     try:
         with progress_bar("motors", left=True) as bar:
@@ -102,15 +120,19 @@ def select(
 # What `hexapod-pin select` reads and leaves: the text of its study, tables, files.
 
 
+OPTIONS = {"buses": "--bus", "makers": "--maker", "dearest": "--price-below"}
+"""Options whose value in a study has another name."""
+
+
 def study_text(
     robot: str,
     study: Path | None,
-    catalog: Path | None,
-    voltage: float | None,
-    motor_mass: float | None,
+    given: Mapping[str, Any],
     repair: bool,
 ) -> tuple[str, Path]:
     """Return the text of the study with the options in it, and where its relative paths start.
+
+    `given`: values for its table `motors`, None where an option is not given.
 
     Raises:
         ParameterError: the file is not readable, has another robot, or gives what an option gives.
@@ -130,17 +152,12 @@ def study_text(
         _require_same_robot(base, robot, study)
     base |= {"robot": _source(robot), **({"repair": True} if repair else {})}
     base.pop("case", None)
-    given = {
-        "catalog": None if catalog is None else str(user_path(catalog).absolute()),
-        "voltage": voltage,
-        "motor_mass": motor_mass,
-    }
     motors = data.setdefault("motors", {})
     for name, value in given.items():
         if value is None:
             continue
         if name in motors:
-            option = f"--{name.replace('_', '-')}"
+            option = OPTIONS.get(name, f"--{name.replace('_', '-')}")
             allowed = f"left out: motors.{name} of {study} gives it"
             raise ParameterError(option, value, allowed)
         motors[name] = value

@@ -40,6 +40,9 @@ class KindUse:
         inertia_ratio: load inertia over reflected rotor inertia [-]; NaN where it is not known.
         walk: in which walk each was largest, by the names of `USES`.
         reasons: why it does not pass; empty where it does.
+        doubtful: whether passing or not depends on where in their spread the thermal constants are.
+        winding: hottest winding at the best and at the worst of these constants [deg C]; NaN where
+            nothing is known.
     """
 
     kind: str
@@ -52,6 +55,8 @@ class KindUse:
     inertia_ratio: float
     walk: Mapping[str, str]
     reasons: tuple[str, ...]
+    doubtful: bool = False
+    winding: tuple[float, float] = (math.nan, math.nan)
 
     @property
     def passes(self) -> bool:
@@ -118,6 +123,36 @@ class MotorCandidate:
     def passes(self) -> bool:
         """Whether the motors carry every joint and the robot walks every walk with them."""
         return all(use.passes for use in self.uses) and all(run.walks for run in self.runs)
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether it passes, or fails, by nothing but the spread of thermal constants."""
+        failing = [use for use in self.uses if not use.passes]
+        if failing:
+            return all(u.doubtful for u in failing) and all(run.walks for run in self.runs)
+        return any(use.doubtful for use in self.uses)
+
+    @property
+    def verdict(self) -> str:
+        """The word of tables: "pass", "doubtful" or "FAIL"."""
+        return "doubtful" if self.doubtful else "pass" if self.passes else "FAIL"
+
+    @property
+    def mixed(self) -> tuple[str, ...]:
+        """A sentence where the motors have no common bus, and where they are of several makers."""
+        found = []
+        buses = {kind: record.buses for kind, record in self.motors.items()}
+        known = [set(names) for names in buses.values() if names]
+        if known and (len(known) < len(buses) or not set.intersection(*known)):
+            each = ", ".join(f"{kind} {record.bus or 'unknown'}" for kind, record in
+                             self.motors.items())  # fmt: skip
+            found.append(f"the choice mixes buses: {each} (--bus holds it to one)")
+        makers = {record.maker for record in self.motors.values()}
+        if len(makers) > 1:
+            each = ", ".join(f"{kind} {record.maker or 'unknown'}" for kind, record in
+                             self.motors.items())  # fmt: skip
+            found.append(f"the choice mixes makers: {each} (--maker holds it to one)")
+        return tuple(found)
 
     @property
     def worst(self) -> float:
@@ -292,6 +327,7 @@ def selection_answer(selection: MotorSelection) -> list[str]:
     lines += [title, *Table("", head, rows, "<>", rule=False).lines()]
     if s.confidence is not None:
         lines += folded(s.confidence.sentence)
+    lines += [line for text in s.best.mixed for line in folded(text)] if s.choice else []
     notes = [f"{len(s.assumed)} assumed", f"{len(s.unusable)} motors not compared"]
     kept = [note for note, parts in zip(notes, (s.assumed, s.unusable), strict=True) if parts]
     lines += folded("; ".join([*s.notes[:1], *kept, "--full has everything, --json, --csv all"]))
@@ -311,7 +347,7 @@ def _headline(s: MotorSelection) -> list[str]:
 
 def _worst(use: KindUse) -> str:
     """Return the largest use of a kind, marked where it does not pass."""
-    return f"{use.worst:.2f}" + ("" if use.passes else " *")
+    return f"{use.worst:.2f}" + (" ?" if use.doubtful else "" if use.passes else " *")
 
 
 def _deciding(candidate: MotorCandidate) -> str:
@@ -340,9 +376,10 @@ def _heading(s: MotorSelection) -> list[str]:
         f"{len(s.walks)} walks: {'; '.join(s.walks)}",
         f"catalogue: {s.catalog}",
         f"derating: largest torque {s.derating.peak:.0%} of the line at that speed, continuous "
-        f"torque the rated one, else {s.derating.continuous:.0%} of stall; supply under load "
-        f"{s.derating.voltage:.0%} of the row's voltage",
+        f"torque {s.derating.continuous:.0%} of stall (by heat where thermal constants are "
+        f"published); supply under load {s.derating.voltage:.0%} of the row's voltage",
         "Need over what the derated motor may give; a motor passes a joint at 1 or less of each.",
+        "? doubtful: it passes at one end of the assumed thermal constants and fails at the other.",
     ]
     if s.interrupted:
         lines.append("INTERRUPTED: only what was done so far is listed.")
@@ -369,14 +406,14 @@ def _ranking(s: MotorSelection) -> list[str]:
 
 
 def _row(candidate: MotorCandidate) -> tuple[str, ...]:
-    mark = "pass" if candidate.passes else "FAIL"
-    return (candidate.name, f"{candidate.total_mass:.2f} kg", *map(_uses, candidate.uses), mark)
+    mass = f"{candidate.total_mass:.2f} kg"
+    return (candidate.name, mass, *map(_uses, candidate.uses), candidate.verdict)
 
 
 def _uses(use: KindUse) -> str:
     values = (use.peak_use, use.continuous_use, use.holding_use, use.speed_use)
     return "/".join(f"{x:.2f}" if math.isfinite(x) else "-" for x in values) + (
-        "" if use.passes else " *"
+        " ?" if use.doubtful else "" if use.passes else " *"
     )
 
 
@@ -448,6 +485,7 @@ def _candidate(c: MotorCandidate) -> dict[str, Any]:
     return {
         "name": c.name,
         "passes": c.passes,
+        "verdict": c.verdict,
         "motors": {kind: record.name for kind, record in c.motors.items()},
         "total_mass": c.total_mass,
         "motor_mass": c.motor_mass,
@@ -457,7 +495,8 @@ def _candidate(c: MotorCandidate) -> dict[str, Any]:
         "kinds": {
             use.kind: {
                 **{name: getattr(use, name) for name, _ in COLUMNS},
-                "walk": dict(use.walk), "passes": use.passes, "reasons": list(use.reasons),
+                "walk": dict(use.walk), "passes": use.passes, "doubtful": use.doubtful,
+                "winding": list(use.winding), "reasons": list(use.reasons),
             }
             for use in c.uses
         },

@@ -129,12 +129,15 @@ class WalkAnswer(Immutable):
         """Return whether the run's own motor passes, and the first reason why not."""
         motor = self.motor
         assert motor is not None
+        heat = folded(motor.hour.line) if motor.hour.decides else []
         if motor.passes:
-            return [f"{motor.motor} passes: largest use {motor.robot.deciding_use:.2g} of allowed"]
+            word = "passes, but is doubtful" if motor.robot.doubtful else "passes"
+            use = f"{motor.robot.deciding_use:.2g}"
+            return [f"{motor.motor} {word}: largest use {use} of allowed", *heat]
         failed = "; ".join(
             f"{row.kind} {', '.join(_failed(row))}" for row in motor.kinds if row.failures
         )
-        return folded(f"need over what is allowed: {failed}")
+        return [*folded(f"need over what is allowed: {failed}"), *heat]
 
     def to_dict(self) -> dict[str, Any]:
         """Return all as plain data; NaN and infinities as None."""
@@ -235,7 +238,8 @@ NEED_WORDS = {
 def motor_failure(motor: MotorBudget) -> str:
     """Return that a motor fails, and by which of its needs most, in a few words."""
     row = max((row for row in motor.kinds if row.failures), key=lambda row: row.deciding_use)
-    return f"{motor.motor} FAILS ({row.kind} {_failed(row)[0]})"
+    word = "is doubtful" if motor.robot.doubtful else "FAILS"
+    return f"{motor.motor} {word} ({row.kind} {_failed(row)[0]})"
 
 
 def _failed(row: MotorUse) -> list[str]:

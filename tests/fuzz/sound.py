@@ -22,7 +22,7 @@ import numpy as np
 import hexapod_pin as hp
 from fuzz import material
 from fuzz.public_names import CONSTRUCTOR, PublicCall, public_classes
-from hexapod_pin.results.sizing.motor_budget import motor_ranking
+from hexapod_pin.results.sizing.ranking import motor_ranking
 from hexapod_pin.results.sizing.trace_demand import joint_demand
 from hexapod_pin.type_checks import type_hints
 

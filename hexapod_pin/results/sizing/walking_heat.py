@@ -179,8 +179,9 @@ def heat_course(
             chosen = winding.of(known)
             whole[:, :, known] = two_body_course(chosen, square[known], times, ambient)
         courses.append(whole)
-    middle, cool, hot = courses
+    middle, *ends = courses
+    cool, hot = (np.where(thermal.known, middle[-1, 0], end[-1, 0]) for end in ends)
     return WalkingHeat(
-        demand.joint_names, time, middle[:, 0], middle[:, 1], cool[-1, 0], hot[-1, 0],
-        thermal.limit, thermal.known,
+        demand.joint_names, time, middle[:, 0], middle[:, 1], cool, hot, thermal.limit,
+        thermal.known,
     )  # fmt: skip

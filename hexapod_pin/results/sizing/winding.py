@@ -137,6 +137,12 @@ class Winding:
         return self.resistance * warm / (1.0 - self.magnet * (housing - REFERENCE)) ** 2
 
 
+LEAST_FLUX = 0.1
+"""Least share of their flux that magnets keep, far above any use [-]."""
+
+MELTED = 1000.0
+"""Temperature from which a motor has run away [deg C]: copper melts at 1085."""
+
 STEPS_OF_HOUSING = 20
 """Steps within a time constant of the housing: the magnets' temperature is constant in each."""
 
@@ -157,7 +163,7 @@ def two_body_course(
         ambient: temperature of the surroundings, and of the motors at first [deg C].
 
     Returns:
-        Winding and housing. Shape (T, 2, n).
+        Winding and housing; infinite above 1000 deg C. Shape (T, 2, n).
     """
     state = np.full((len(mean_square), 2), float(ambient))
     found, now = np.empty((len(times), 2, len(mean_square))), 0.0
@@ -168,15 +174,17 @@ def two_body_course(
             ahead = _step(winding, mean_square, state, state[:, 1], (time - now) / steps, ambient)
             middle = 0.5 * (state[:, 1] + ahead[:, 1])
             state = _step(winding, mean_square, state, middle, (time - now) / steps, ambient)
+            state = np.minimum(state, MELTED)
         found[k], now = state.T, time
-    return found
+    return np.where(found < MELTED, found, np.inf)
 
 
 def _step(
     w: Winding, square: Array, state: Array, magnets: Array, step: float, ambient: float
 ) -> Array:
     """Return (n, 2) temperatures a step later, the magnets' temperature being constant in it."""
-    loss = square * w.resistance / (1.0 - w.magnet * (magnets - REFERENCE)) ** 2
+    kept = np.maximum(1.0 - w.magnet * (magnets - REFERENCE), LEAST_FLUX)
+    loss = square * w.resistance / kept**2
     heat, mass = w.winding_time / w.to_housing, w.housing_time / w.to_ambient
     a, b = (w.copper * loss - 1.0 / w.to_housing) / heat, 1.0 / w.winding_time
     c, d = 1.0 / (w.to_housing * mass), -(1.0 / w.to_housing + 1.0 / w.to_ambient) / mass

@@ -16,6 +16,7 @@ from hexapod_pin.results.joint_budget import joint_kinds
 from hexapod_pin.results.motor_selection import USES, KindUse, MotorCandidate, WalkRun
 from hexapod_pin.results.sizing import JointDemand, MotorUse, joint_demand, motor_budget
 from hexapod_pin.results.sizing.battery import BatteryLoad
+from hexapod_pin.results.sizing.winding import lasting_torque_of
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.walk_verdict import summary_verdict, walk_verdict
@@ -94,7 +95,7 @@ def _largest_use(
     found = []
     for j, kind in enumerate(kinds):
         if kind in records:
-            lasting = allowed.continuous_torque(records[kind])
+            lasting = lasting_torque_of(records[kind], allowed)
             found += [float(peak[j]), float(summary.torque_rms[j]) / lasting]
     return max(found)
 
@@ -114,13 +115,13 @@ def motor_settings(motors: Motors, derating: Derating) -> dict[str, Any]:
 
 _HERE = "hexapod_pin.study.selection.evaluation"
 
-WALK_USE = Measure(f"{_HERE}:WALK_USE", 1, "trace", WalkUse, _walk_use, (MotorUse, BatteryLoad))
+WALK_USE = Measure(f"{_HERE}:WALK_USE", 2, "trace", WalkUse, _walk_use, (MotorUse, BatteryLoad))
 """What a walk takes of its motors; `motor_settings` are its settings."""
 
 JOINT_DEMAND = Measure(f"{_HERE}:JOINT_DEMAND", 1, "trace", JointDemand, _demand)
 """What the joints need on a walk."""
 
-LARGEST_USE = Measure(f"{_HERE}:LARGEST_USE", 1, "summary", float, _largest_use)
+LARGEST_USE = Measure(f"{_HERE}:LARGEST_USE", 2, "summary", float, _largest_use)
 """The largest use of any motor, of accepted steps; settings as of `WALK_USE`."""
 
 
@@ -293,7 +294,17 @@ def kind_use(kind: str, budgets: Mapping[str, Uses], walks: tuple[str, ...]) -> 
         kind=kind, **{name: found[name][0] for name in (*USES, "lost_leg_use")},
         outside_share=worst("outside_share")[0], inertia_ratio=worst("inertia_ratio")[0],
         walk={name: found[name][1] for name in USES}, reasons=tuple(dict.fromkeys(reasons)),
+        doubtful=_doubtful(list(rows.values()), len(walks)),
+        winding=(worst("winding_cool")[0], worst("winding_hot")[0]),
     )  # fmt: skip
+
+
+def _doubtful(rows: Sequence[MotorUse], walks: int) -> bool:
+    """Return whether the verdict on all walks depends on the spread of thermal constants."""
+    failing = [row for row in rows if not row.passes]
+    if failing:
+        return len(rows) == walks and all(row.doubtful for row in failing)
+    return any(row.doubtful for row in rows)
 
 
 def _known(use: tuple[float, str]) -> float:

@@ -27,8 +27,9 @@ class MotorChoice(Spec):
 
     Attributes:
         catalog: path of a user's file; None: the package's.
-        makers: names of makers.
+        makers: names of makers, in capitals or not.
         models: names of models.
+        buses: names of buses, such as "TTL": motors that can be had with one of them.
         voltage: of the battery [V]: rows of that voltage alone.
         heaviest: largest mass of a motor [kg].
         dearest: largest price of a motor, in the catalogue's currency.
@@ -39,6 +40,7 @@ class MotorChoice(Spec):
     catalog: str | None = None
     makers: tuple[str, ...] = ()
     models: tuple[str, ...] = ()
+    buses: tuple[str, ...] = ()
     voltage: Positive | None = None
     heaviest: Positive | None = None
     dearest: Positive | None = None
@@ -65,11 +67,12 @@ def candidates(choice: MotorChoice, folder: Path) -> Candidates:
 
     Raises:
         CatalogError: the file is not usable.
-        UnknownNameError: a maker or model that is not there.
+        UnknownNameError: a maker, bus or model that is not there.
         ParameterError: none is left.
     """
     catalog = load_catalog(None if choice.catalog is None else folder / choice.catalog)
-    _refuse_unknown("maker", choice.makers, [record.maker for record in catalog])
+    _refuse_unknown("maker", choice.makers, [record.maker for record in catalog if record.maker])
+    _refuse_unknown("bus", choice.buses, [name for record in catalog for name in record.buses])
     _refuse_unknown("motor", choice.models, [record.model for record in catalog])
     rows = catalog if choice.voltage is None else catalog.at(choice.voltage)
     allowed = [record for record in rows if _allows(choice, record)]
@@ -77,14 +80,18 @@ def candidates(choice: MotorChoice, folder: Path) -> Candidates:
     if not good:
         raise ParameterError(
             "motors", choice.model_dump(exclude_none=True), "a choice that leaves a motor",
-            f"{len(catalog)} motors are in {catalog.source}; voltages: {_voltages(catalog)}.",
+            f"{len(catalog)} motors are in {catalog.source}, {_priced(catalog)} of them with a "
+            f"price; voltages: {_voltages(catalog)}.",
         )  # fmt: skip
     bad = tuple((record.name, str(record.unusable)) for record in allowed if record.unusable)
     return Candidates(good, bad, catalog.source)
 
 
 def _allows(choice: MotorChoice, record: MotorRecord) -> bool:
-    if choice.makers and record.maker not in choice.makers:
+    if choice.makers and record.maker.casefold() not in map(str.casefold, choice.makers):
+        return False
+    buses = {name.casefold() for name in record.buses}
+    if choice.buses and buses.isdisjoint(map(str.casefold, choice.buses)):
         return False
     if choice.models and record.model not in choice.models:
         return False
@@ -94,9 +101,15 @@ def _allows(choice: MotorChoice, record: MotorRecord) -> bool:
 
 
 def _refuse_unknown(kind: str, names: tuple[str, ...], known: list[str]) -> None:
+    exact = kind == "motor"
+    listed = set(known) if exact else {one.casefold() for one in known}
     for name in names:
-        if name not in known:
+        if (name if exact else name.casefold()) not in listed:
             raise UnknownNameError(kind, name, sorted(set(known)))
+
+
+def _priced(catalog: Catalog) -> int:
+    return sum(record.price is not None for record in catalog)
 
 
 def _voltages(catalog: Catalog) -> str:

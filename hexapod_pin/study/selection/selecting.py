@@ -192,7 +192,24 @@ def _assumed(
 
 def _notes(search: LightestChoice, ranked: Sequence[MotorCandidate]) -> tuple[str, ...]:
     found = [f"no motor of the catalogue carries the {kind} joints" for kind in search.missing]
+    if search.choice is not None:
+        found += [*_doubted(search.choice, ranked), *search.choice.mixed]
     return tuple(dict.fromkeys([*found, *(note for c in ranked[:1] for note in c.notes)]))
+
+
+def _doubted(choice: MotorCandidate, ranked: Sequence[MotorCandidate]) -> list[str]:
+    """Return a note on the lightest motor on all joints that only heat may rule out."""
+    lighter = [
+        c for c in ranked if not c.passes and c.doubtful and c.motor_mass < choice.motor_mass
+    ]
+    if not lighter:
+        return []
+    one = min(lighter, key=lambda c: (c.motor_mass, c.worst))
+    cool, hot = (max(u.winding[k] for u in one.uses) for k in (0, 1))
+    return [
+        f"lighter, but doubtful: {one.name}, windings at {cool:.0f} to {hot:.0f} deg C by assumed "
+        f"thermal constants, use {one.worst:.2f}"
+    ]
 
 
 # Confidence that chosen motors pass: inputs of the walk that requires most are sampled.

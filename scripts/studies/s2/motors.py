@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 from hexapod_pin.drive.catalog import MotorRecord, load_catalog
 from hexapod_pin.results.joint_moments import joint_moments
-from hexapod_pin.results.sizing.motor_budget import MotorBudget, motor_ranking
+from hexapod_pin.results.sizing.motor_budget import MotorBudget
+from hexapod_pin.results.sizing.ranking import motor_ranking
 from hexapod_pin.results.sizing.trace_demand import joint_demand
 from hexapod_pin.results.torque_budget import torque_budget
 from hexapod_pin.results.trace import Trace
