@@ -10,9 +10,10 @@ import pytest
 
 import hexapod_pin as hp
 from hexapod_pin.drive.catalog import load_catalog
+from hexapod_pin.results.motor_selection import MotorCandidate
 from hexapod_pin.results.selection_csv import write_selection_csv
 from hexapod_pin.study.selection.evaluation import Evaluation
-from hexapod_pin.study.selection.motor_study import read_motor_study
+from hexapod_pin.study.selection.motor_study import MotorChoice, candidates, read_motor_study
 from hexapod_pin.study.selection.selecting import required_walks
 from hexapod_pin.text_table import WIDTH
 
@@ -165,10 +166,43 @@ seed = 3
     assert "payload" in found.sentence and "confidence" in found.sentence
 
 
+def test_a_choice_is_held_to_a_bus_a_maker_a_price_and_says_what_it_mixes():
+    """MX-64 is made for both buses; an unpriced motor is not below any price."""
+    rows = candidates(MotorChoice(buses=("rs-485",), voltage=12.0), Path()).records
+    assert {"MX-64", "XM430-W350"} < {row.model for row in rows}
+    assert all("RS-485" in row.buses for row in rows)
+    rows = candidates(MotorChoice(makers=("feetech", "HIWONDER"), dearest=20.0), Path()).records
+    assert {row.model for row in rows} == {"STS3215", "SCS0009", "LX-16A", "LX-224"}
+    catalog = load_catalog()
+
+    def mixed(*models):
+        motors = dict(zip(KINDS, (catalog.get(*model) for model in models), strict=True))
+        return MotorCandidate(motors, 3.0, 1.0, (), ()).mixed
+
+    many = ("MX-64", 12.0), ("XW540-T140", 12.0), ("XM430-W350", 12.0)
+    assert mixed(*many) == ()  # RS-485 is common to all
+    (bus,) = mixed(("AX-12A", 12.0), ("XW540-T140", 12.0), ("XM430-W350", 12.0))
+    assert "mixes buses: coxa TTL, femur RS-485" in bus
+    (maker,) = mixed(("AX-12A", 12.0), ("STS3215-C018", 12.0), ("AX-12A", 12.0))
+    assert "mixes makers: coxa ROBOTIS, femur Feetech" in maker
+
+
+def test_options_of_the_command_are_the_study_s(run, tmp_path):
+    """Every restriction reaches the motors; an unknown name is refused with the known ones."""
+    for option, value, known in (
+        ("--bus", "I2C", ("CAN", "PWM", "RS-485", "TTL")), ("--maker", "Nobody", ("Feetech",)),
+    ):  # fmt: skip
+        done = run("select", "kharagpur", option, value)
+        assert done.status == 2 and value in done.err
+        assert all(name in done.err for name in known)
+    done = run("select", "kharagpur", "--price-below", "1", "--bus", "TTL")
+    assert done.status == 2 and "with a price" in done.err
+
+
 BAD = {
     'motors.voltage = "12"': "motors.voltage", "motors.voltage = -1.0": "motors.voltage",
     "motors.volts = 12.0": "motors.volts", 'motors.models = ["AX-12"]': "AX-12",
-    'motors.makers = ["Nobody"]': "Nobody", "motors.voltage = 13.37": "13.37",
+    'motors.makers = ["Nobody"]': "Nobody", 'motors.buses = ["I2C"]': "I2C", "motors.voltage = 13.37": "13.37",
     "motors.motor_mass = -0.1": "motors.motor_mass",
     'motors.catalog = "nowhere.csv"': "nowhere.csv", "derating.peak = 1.5": "derating.peak",
     "derating.peek = 0.5": "derating.peek", "derating.voltage = 0.0": "derating.voltage",

@@ -83,6 +83,7 @@ SHORT = {
         "sweep_cost": "--cases 4 --duration 0.1 --dask 0 --samples 0",
         "sweep_scale": "--cases 400 --simulated 16 --walks 4 --duration 0.1 --most 0",
         "sweep_kills": "--kills 2 --cases 4 --duration 0.3",
+        "motor_criterion": "--robots kharagpur --accuracy 1e-3",
         "motor_feedback": "--walks 1",
         "walk_tracking": "--quick",
         "unknown_ground": "--quick",

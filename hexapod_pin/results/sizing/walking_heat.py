@@ -21,7 +21,7 @@ from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.sizing.demand import JointDemand
 from hexapod_pin.results.sizing.motor_current import mean_square_current
 from hexapod_pin.results.sizing.motors import Motors
-from hexapod_pin.results.sizing.winding import THERMAL_RULE, thermal_of, two_body_course
+from hexapod_pin.results.sizing.winding import MELTED, THERMAL_RULE, thermal_of, two_body_course
 from hexapod_pin.text_table import Table
 
 TIMES = 61
@@ -72,10 +72,10 @@ class WalkingHeat(Immutable):
         j, after = self.hottest, _duration(float(self.time[-1]))
         if j is None:
             return f"after {after}: temperatures unknown"
-        text = f"after {after}: winding {self.winding[-1, j]:.0f} degC ({self.joint_names[j]})"
+        text = f"after {after}: winding {_degrees(self.winding[-1, j])} ({self.joint_names[j]})"
         if self.published[j]:
             return f"{text}, {self.limit[j]:.0f} allowed"
-        ends = f"{self.winding_cool[j]:.0f} to {self.winding_hot[j]:.0f}"
+        ends = f"{self.winding_cool[j]:.0f} to {_degrees(self.winding_hot[j])}"
         return f"{text}, {ends} by assumed constants, {self.limit[j]:.0f} allowed"
 
     def table_lines(self) -> list[str]:
@@ -103,6 +103,10 @@ class WalkingHeat(Immutable):
         title = f"Temperatures after {after} of this walk from cold [deg C]"
         lines = Table(title, head, rows, "<>", missing="unknown").lines()
         return lines if self.published.all() else [*lines, f"  {THERMAL_RULE}"]
+
+
+def _degrees(value: float) -> str:
+    return f"{value:.0f} degC" if value < MELTED else f"above {MELTED:.0f} degC"
 
 
 def _duration(seconds: float) -> str:

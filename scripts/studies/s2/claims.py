@@ -268,7 +268,7 @@ def maximum_torque(paper: Trace) -> Claim:
         f"largest axis torque {choice.axis_torque:.2f} N m: {axis.name}, whose RMS torque is then "
         f"{uses.continuous_use:.2f} and whose peak {uses.peak_use:.2f} of what is permitted; "
         f"largest total moment {choice.total_moment:.2f} N m: {moment.name} "
-        f"({'passes' if moment.budget.passes else 'fails'}); by RMS, speed, standing and peak: "
+        f"({moment.budget.robot.verdict.lower()}); by RMS, speed, standing and peak: "
         f"{right.name}",
         HOLDS if axis.budget.passes else FAILS,
         "the femur's RMS torque (heat) decides, not its peak: see the section on motors",

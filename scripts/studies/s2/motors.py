@@ -47,8 +47,9 @@ class Choices:
 
 
 def chosen_motors(walk: Trace) -> Choices:
-    """Return the motors for a walk; masses of the robot are those of its file for all of them."""
-    records = {record.name: record for record in load_catalog().records if record.mass is not None}
+    """Return the motors for a walk, none with uncertain numbers; the robot keeps its masses."""
+    rows = [row for row in load_catalog() if row.mass is not None and not row.uncertain]
+    records = {row.name: row for row in rows}
     ranking = motor_ranking(joint_demand(walk), records.values())
     budgets = {budget.motor: budget for budget in ranking.budgets}
     order = sorted(budgets, key=lambda name: (records[name].mass, records[name].stall_torque))
@@ -99,5 +100,6 @@ def _row(rule: str, choice: Choice, kind: str | None = None) -> tuple[str, ...]:
     rest = "unknown" if use.standing_use is None else f"{use.standing_use:.2f}"
     return (
         rule, choice.name, f"{1e3 * choice.mass:.1f}", f"{use.peak_use:.2f}",
-        f"{use.continuous_use:.2f}", rest, f"{use.speed_use:.2f}", "yes" if use.passes else "no",
+        f"{use.continuous_use:.2f}", rest, f"{use.speed_use:.2f}",
+        {"passes": "yes", "FAILS": "no"}.get(use.verdict, use.verdict),
     )  # fmt: skip
