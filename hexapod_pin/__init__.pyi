@@ -3,6 +3,7 @@
 from . import drive as drive
 from . import errors as errors
 from . import results as results
+from . import rl as rl
 from . import robot as robot
 from . import simulation as simulation
 from . import study as study

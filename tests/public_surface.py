@@ -13,8 +13,8 @@ from typing import Any
 import hexapod_pin
 
 MODULES = """
-contact drive errors feedback foot_control loads motion results robot sensors simulation sizing
-study terrain view
+contact drive errors feedback foot_control loads motion results rl robot sensors simulation
+sizing study terrain view
 """.split()
 """Rooms, and the modules of errors and of figures and playback."""
 
@@ -65,6 +65,9 @@ SURFACE: Mapping[str, str] = {
     """,
     "simulation": """
         Amplification amplification iterate_batch WorkLimits
+    """,
+    "rl": """
+        RewardWeights WalkEnv WalkTask WalkVectorEnv
     """,
     "robot": """
         Segment Trunk

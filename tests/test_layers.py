@@ -146,7 +146,8 @@ RUNS_CASES = {
     "sqlite3": "hexapod_pin.study.runs.",
     "BatchRuns": "hexapod_pin.simulation.batch hexapod_pin.study.runs.",
     "ProcessPoolExecutor": "hexapod_pin.study.runs.",
-    "ThreadPoolExecutor": "hexapod_pin.study.runs. hexapod_pin.simulation.accuracy_control",
+    "ThreadPoolExecutor": "hexapod_pin.study.runs. hexapod_pin.simulation.accuracy_control "
+    "hexapod_pin.rl.episode",
 }
 """What only the runner of studies may use, by the modules (or packages, with a dot) that may."""
 
