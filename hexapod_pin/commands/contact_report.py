@@ -16,7 +16,7 @@ from hexapod_pin.ground.contact import (
     Restitution,
     SmoothStep,
 )
-from hexapod_pin.ground.contact.contact import PRESETS
+from hexapod_pin.ground.contact.contact import preset_names
 from hexapod_pin.ground.contact.restitution import DAMPING_RATIO, bounce, delivered_restitution
 from hexapod_pin.text_table import Cell, Table, indented, labelled
 
@@ -61,10 +61,11 @@ def named_law(name: str, settings: Sequence[str] = ()) -> Law:
         ParameterError: a parameter is unknown or out of range, or a preset is given any.
     """
     known = examples()
-    if name not in known and name not in PRESETS:
-        raise UnknownNameError("contact law or preset", name, [*PRESETS, *known])
+    presets = [] if name in known else preset_names(name)
+    if name not in known and name not in presets:
+        raise UnknownNameError("contact law or preset", name, [*presets, *known])
     given = dict(map(_split, settings))
-    if name in PRESETS:
+    if name in presets:
         if given:
             raise ParameterError(name, " ".join(settings), "named alone: a preset has its numbers")
         return Contact.preset(name)

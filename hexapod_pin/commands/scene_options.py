@@ -6,6 +6,7 @@ Every text stands for what a case file says in full; `--save-case` writes that.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,7 +19,8 @@ if TYPE_CHECKING:
 
 TERRAIN_HELP = (
     "flat; slope:DEGREES, rising ahead; stairs:RISE, three steps from 0.4 m ahead [m]; "
-    "bumps:HEIGHT or bumps:HEIGHT:SEED [m]; or a TOML file with its numbers."
+    "bumps:HEIGHT or bumps:HEIGHT:SEED [m]; a ground of an installed package, as "
+    "NAME or NAME:KEY=NUMBER,...; or a TOML file with its numbers."
 )
 
 TREAD = 0.3
@@ -43,6 +45,7 @@ def read_terrain_option(text: str | None) -> AnyTerrain | None:
     if text is None:
         return None
     from hexapod_pin.ground.terrain import Flat, HeightField, Slope, Stairs, read_terrain
+    from hexapod_pin.plugins import TERRAINS, plugin_names
     from hexapod_pin.spec import read_toml
     from hexapod_pin.user_file import read_text
 
@@ -63,10 +66,25 @@ def read_terrain_option(text: str | None) -> AnyTerrain | None:
         return HeightField.random(
             seed, amplitude=height, wavelength=WAVELENGTH, size=FIELD, flat_radius=0.1
         )
+    if kind in plugin_names(TERRAINS):
+        return read_terrain({"kind": kind, **dict(_settings(text, ":".join(given)))})
     if not Path(text).suffix:
         raise ParameterError("--terrain", text, "one of: " + TERRAIN_HELP)
     data = read_toml(read_text(Path(text), "terrain file"))
     return read_terrain(data.get("terrain", data))
+
+
+def _settings(text: str, given: str) -> Iterator[tuple[str, float]]:
+    """Yield the settings of a ground of an installed package, "depth=0.02,radius=0.3".
+
+    Raises:
+        ParameterError: one is not of that form.
+    """
+    for part in filter(None, given.split(",")):
+        name, equals, value = part.partition("=")
+        if not (equals and name.strip().isidentifier()):
+            raise ParameterError("--terrain", text, f"NAME:KEY=NUMBER,... instead of {part!r}")
+        yield name.strip(), _number("--terrain", text, value)
 
 
 def read_loads(

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.errors import HexapodError, ParameterError
+from hexapod_pin.plugins import CONTROLLERS, plugin, plugin_names
 
 if TYPE_CHECKING:
     from hexapod_pin.control.arc_walk import ArcWalk
@@ -164,17 +165,31 @@ def read_controller(data: Any) -> Any:
     if not isinstance(data, Mapping) or "kind" not in data:
         raise ParameterError("controller.kind", None, f"one of {', '.join(_READERS)}")
     kind = data["kind"]
-    if not isinstance(kind, str) or kind not in _READERS:
+    reader = _reader(kind)
+    if reader is None:
+        known = ", ".join([*_READERS, *plugin_names(CONTROLLERS)])
         raise ParameterError(
-            "controller.kind", kind, f"one of {', '.join(_READERS)}",
+            "controller.kind", kind, f"one of {known}",
             "Import the module that defines it; register_controller adds a class of your own.",
         )  # fmt: skip
     try:
-        return _READERS[kind](data)
+        return reader(data)
     except HexapodError:
         raise
     except (TypeError, ValueError, KeyError) as error:
         raise ParameterError("controller", dict(data), f"readable as {kind!r} ({error})") from error
+
+
+def _reader(kind: Any) -> Reader | None:
+    """Return the reader of a kind: registered, or of an installed package; None: there is none.
+
+    Raises:
+        UserCodeError: the package that has it cannot be loaded.
+    """
+    if not isinstance(kind, str):
+        return None
+    found: Reader | None = _READERS.get(kind) or plugin(CONTROLLERS, kind)
+    return found
 
 
 def controller_to_dict(controller: Any) -> dict[str, Any]:
@@ -191,7 +206,7 @@ def controller_to_dict(controller: Any) -> dict[str, Any]:
             'Give it one that returns its settings with the key "kind", and register_controller.',
         )  # fmt: skip
     data = dict(write())
-    if data.get("kind") not in _READERS:
+    if _reader(data.get("kind")) is None:
         raise ParameterError(
             "Case.controller", name, "a controller that can be read back",
             f"Call register_controller({data.get('kind')!r}, reader).",

@@ -23,6 +23,8 @@ from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, digest, read_only
 from hexapod_pin.errors import UnknownNameError, UrdfError
 from hexapod_pin.immutable import Immutable, content_digest, rebuilt
+from hexapod_pin.log import LOG
+from hexapod_pin.plugins import ROBOTS, plugin_names, plugin_result
 from hexapod_pin.robot.description.leg_names import LEG_NAMES
 from hexapod_pin.robot.description.urdf_annotation import read_provenance
 from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile, parse_urdf
@@ -221,13 +223,14 @@ def load_robot(
     package_path: Sequence[str | Path] = (),
     options: LoadOptions | None = None,
 ) -> Robot:
-    """Load a robot: "kharagpur", "athena", or the path of any URDF or xacro file.
+    """Load a robot: "kharagpur", "athena", one of an installed package, or any URDF or xacro file.
 
     What the file does not state is inferred from its geometry and reported in `Robot.inferred`.
     Every argument goes before what is inferred, and before the hints file beside the URDF.
 
     Args:
-        source: name of a packaged robot or path of a URDF or xacro file.
+        source: name of a packaged robot, or of one that an installed package adds, or path of a
+            URDF or xacro file.
         feet: names of the foot links; needed for robots that are no hexapods.
         foot_radius: radius of all foot spheres [m]; None takes it from each foot's shape.
         posture: standing angles [rad], in joint order or by name; None takes the file's own
@@ -261,7 +264,11 @@ def load_robot(
     if source in PACKAGED:
         robot = _own_model(_packaged(str(source), arguments.keyed()))
     else:
-        robot = robot_of(load_urdf(_path(source), arguments), _absolute(source))
+        path = robot_path(source)
+        robot = robot_of(load_urdf(path, arguments), _absolute(path))
+        for kind in ("repaired", "inferred", "notes", "doubts"):
+            for text in getattr(robot, kind):
+                LOG.info("%s: %s: %s", path, kind, text)
     if posture is not None:
         robot.posture_from(posture)  # refuses what is no posture: numbers that are not finite
     return robot
@@ -384,12 +391,21 @@ def _absolute(path: str | Path) -> str:
     return str(user_path(path).absolute())
 
 
-def _path(source: str | Path) -> Path:
-    """Return the file meant by a path; no bare name is one that no robot of the package has."""
+def robot_path(source: str | Path) -> Path:
+    """Return the file meant by a path, or by the name of a robot of an installed package.
+
+    Raises:
+        UnknownNameError: a bare name that is no file, and that no robot has.
+        UserCodeError: the package that has the robot cannot be loaded.
+    """
     path = user_path(source)
     name_only = isinstance(source, str) and path.name == source and not path.suffix
     if name_only and not os.path.exists(path):
-        raise UnknownNameError("robot", str(source), [*PACKAGED, "or the path of a URDF"])
+        found = plugin_result(ROBOTS, str(source), (str, Path))
+        if found is not None:
+            return Path(found)
+        known = [*PACKAGED, *plugin_names(ROBOTS), "or the path of a URDF"]
+        raise UnknownNameError("robot", str(source), known)
     return path
 
 

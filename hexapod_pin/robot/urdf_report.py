@@ -19,7 +19,7 @@ from hexapod_pin.robot.recognition.recognise import recognise
 from hexapod_pin.robot.repair.find_all import check_urdf, find_all
 from hexapod_pin.robot.repair.finding import Finding, finding_lines, places_text
 from hexapod_pin.robot.repair.measures import LinkSolids, Measures
-from hexapod_pin.robot.robot import PACKAGED, Leg, Robot, robot_of, urdf_path
+from hexapod_pin.robot.robot import PACKAGED, Leg, Robot, robot_of, robot_path, urdf_path
 
 
 @dataclass(frozen=True)
@@ -163,7 +163,7 @@ def inspect(
         UnknownNameError: a hint names no link or joint of a sound file.
         ParameterError: a hints file that cannot be read.
     """
-    path = urdf_path(str(source)) if source in PACKAGED else Path(source)
+    path = urdf_path(str(source)) if source in PACKAGED else robot_path(source)
     arguments = LoadOptions(feet=None if feet is None else tuple(feet))
     arguments = arguments if options is None else arguments.over(options)
     given = arguments.over(read_hints(path)).model_copy(update={"repair": False})

@@ -13,6 +13,7 @@ from hexapod_pin.drive.joint_stops import JointStops
 from hexapod_pin.drive.servo import Servo
 from hexapod_pin.file_schema import FileData, Number, check_data
 from hexapod_pin.ground.contact import Contact
+from hexapod_pin.ground.contact.contact import read_contact
 from hexapod_pin.ground.terrain import AnyTerrain, read_terrain
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.scene.loads import (
@@ -104,7 +105,7 @@ class SceneSettings(Immutable):
         check_data(SceneText, "scene", data)
         return cls(
             terrain=read_terrain(data["terrain"]),
-            contact=Contact(**data["contact"]),
+            contact=read_contact(data["contact"]),
             servo=Servo(**data["servo"]),
             stops=JointStops(**data["stops"]) if "stops" in data else None,
             gravity=tuple(data["gravity"]),

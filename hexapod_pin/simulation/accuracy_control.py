@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from hexapod_pin.arrays import Array
+from hexapod_pin.log import LOG
 from hexapod_pin.results.error_estimate import ErrorEstimate
 from hexapod_pin.results.schema import differences
 from hexapod_pin.results.summary import Summary
@@ -108,6 +109,8 @@ class AccuracyControl:
         self._runs += 1
         self._evaluations += int(run.rollout.counters()["evaluations"])
         self._wall_time += run.wall_time if wall_time is None else wall_time
+        how = (run.settings.accuracy_text, refinement, run.time, run.wall_time)
+        LOG.debug("run of %s at refinement %d: %g s simulated in %.3g s", *how)
         if not run.good:
             self._diverged.append(run)
             return
@@ -125,6 +128,8 @@ class AccuracyControl:
             events=(coarser.events, finer.events), effort=finer.effort / coarser.effort,
             order=ORDER.get(self.settings.method_settings.method.name, 0),
         )  # fmt: skip
+        LOG.debug("refinements %d and %d differ by %.3g of the accuracy",
+                  coarser.refinement, finer.refinement, ratio)  # fmt: skip
         self.comparisons.append(found.after(self.comparisons[-1] if self.comparisons else None))
         own = [self._ratio(run.own_error) for run in (coarser, finer) if run.own_error is not None]
         self._contradicted |= len(own) == 2 and ratio > sum(own)

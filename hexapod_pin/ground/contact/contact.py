@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from typing import Annotated
+from collections.abc import Callable, Mapping
+from typing import Annotated, Any, cast
 
 from pydantic import Field
 
@@ -24,6 +24,7 @@ from hexapod_pin.ground.contact.normal import (
 )
 from hexapod_pin.ground.contact.restitution import Restitution
 from hexapod_pin.ground.contact.soil import soil_named
+from hexapod_pin.plugins import CONTACTS, plugin_names, plugin_result
 from hexapod_pin.spec import Spec
 
 RUBBER = hertz_stiffness(young=5e6, poisson=0.49, radius=0.020)
@@ -162,14 +163,18 @@ class Contact(Spec):
 
     @classmethod
     def preset(cls, name: str) -> Contact:
-        """Return the contact of one of the names in `PRESETS`.
+        """Return the contact of one of the names in `PRESETS`, or one of an installed package.
 
         Raises:
             UnknownNameError: for another name.
+            UserCodeError: the package that has the contact cannot be loaded.
         """
-        if name not in PRESETS:
-            raise UnknownNameError("contact preset", name, list(PRESETS))
-        return PRESETS[name]()
+        if name in PRESETS:
+            return PRESETS[name]()
+        found = plugin_result(CONTACTS, name, Contact)
+        if found is None:
+            raise UnknownNameError("contact preset", name, preset_names(name))
+        return cast("Contact", found)
 
 
 PRESETS: dict[str, Callable[[], Contact]] = {
@@ -180,3 +185,20 @@ PRESETS: dict[str, Callable[[], Contact]] = {
     "soil": Contact.soil,
 }
 """The named contacts."""
+
+
+def read_contact(data: Mapping[str, Any]) -> Contact:
+    """Return the contact of a scene's text: its laws, or the name of one as `preset`.
+
+    Raises:
+        ParameterError: a law is missing, or a value is out of range.
+        UnknownNameError, UserCodeError: as `Contact.preset`.
+    """
+    if set(data) == {"preset"}:
+        return Contact.preset(data["preset"])
+    return Contact(**data)
+
+
+def preset_names(wanted: str) -> list[str]:
+    """Return the names of contacts, those of installed packages only where none else is wanted."""
+    return list(PRESETS) if wanted in PRESETS else [*PRESETS, *plugin_names(CONTACTS)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, cast
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ParameterError
@@ -12,6 +12,7 @@ from hexapod_pin.ground.contact.contact import Contact
 from hexapod_pin.ground.terrain.height_field import HeightField
 from hexapod_pin.ground.terrain.overlay import Patch, PatchedGround, ShakingGround
 from hexapod_pin.ground.terrain.profile import Flat, Groove, Ledge, Ramp, Slope, Stairs
+from hexapod_pin.plugins import TERRAINS, plugin_names, plugin_result
 
 LEVEL_RADIUS = 0.5
 """All grounds are level, and firm, up to this distance from the world's origin [m]."""
@@ -126,12 +127,19 @@ KINDS: dict[str, type[AnyTerrain]] = {
 
 @checked
 def read_terrain(data: Mapping[str, Any]) -> AnyTerrain:
-    """Return the ground that `model_dump` turned into plain data.
+    """Return the ground that `model_dump` turned into plain data, or one of an installed package.
 
     Raises:
         ParameterError: `kind` is missing or unknown, or a value is out of range.
+        UserCodeError: the package that has the ground cannot be loaded, or does not take the data.
     """
     kind = data.get("kind")
-    if not isinstance(kind, str) or kind not in KINDS:
-        raise ParameterError("terrain.kind", kind, f"one of {', '.join(KINDS)}")
-    return KINDS[kind](**data)
+    if isinstance(kind, str) and kind in KINDS:
+        return KINDS[kind](**data)
+    if isinstance(kind, str):
+        given = {name: value for name, value in data.items() if name != "kind"}
+        found = plugin_result(TERRAINS, kind, tuple(KINDS.values()), **given)
+        if found is not None:
+            return cast("AnyTerrain", found)
+    known = [*KINDS, *plugin_names(TERRAINS)]
+    raise ParameterError("terrain.kind", kind, f"one of {', '.join(known)}")

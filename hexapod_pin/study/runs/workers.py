@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from hexapod_pin.errors import ParameterError, ResourceError, WorkersError
+from hexapod_pin.log import LOG
 from hexapod_pin.study.runs.task import Task, run_task
 from hexapod_pin.study.runs.worker_main import read_frame, write_frame
 
@@ -220,6 +221,7 @@ class WorkerProcess:
             answer = None
         if answer is None:
             self.process = None
+            LOG.warning("worker process %d has ended; the next task starts another", process.pid)
             raise WorkerDied(f"its worker process ended with status {_ended(process)}")
         return answer
 

@@ -24,7 +24,7 @@ from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.drive.servo import Servo
 from hexapod_pin.errors import GaitError, HexapodError, ParameterError, UnknownNameError
 from hexapod_pin.ground.contact import Contact
-from hexapod_pin.ground.contact.contact import PRESETS
+from hexapod_pin.ground.contact.contact import preset_names
 from hexapod_pin.robot.loading.load_options import LoadOptions
 from hexapod_pin.robot.robot import PACKAGED, Robot
 from hexapod_pin.scene.robot_file import read_robot
@@ -170,7 +170,7 @@ def refuse_motor(motor: Any, prescribed: bool) -> None:
 def _walk(base: BaseWalk, folder: Path, name: str | None) -> Case:
     robot = _robot(base, folder)
     gait = _gait(robot, base.gait if base.gait is not None else name)
-    known_name("base.contact", base.contact, PRESETS)
+    known_name("base.contact", base.contact, preset_names(base.contact))
     if base.prescribed and not (base.kp is None and base.kd is None):
         key = "kd" if base.kp is None else "kp"
         allowed = "left out with prescribed = true: no servo acts"
