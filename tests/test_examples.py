@@ -33,11 +33,12 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """Return a function that runs an example in an empty folder and checks what it leaves there."""
     monkeypatch.chdir(tmp_path)
 
-    def run_one(name: str, files: tuple[str, ...] = ()) -> Any:
+    def run_one(name: str, files: tuple[str, ...] = (), **settings: Any) -> Any:
         main = example(name).main
         folder = tmp_path / "out"
         folder.mkdir()
-        found = main(folder) if "folder" in inspect.signature(main).parameters else main()
+        given = {"folder": folder, **settings}
+        found = main(**{k: x for k, x in given.items() if k in inspect.signature(main).parameters})
         assert sorted(path.name for path in folder.iterdir()) == sorted(files)
         assert [path.name for path in tmp_path.iterdir()] == ["out"]
         return found
@@ -189,6 +190,14 @@ def test_robot_from_dimensions(run) -> None:
     robot, budget = run("robot_from_dimensions", ("my_hexapod.urdf",))
     assert robot.total_mass == pytest.approx(1.2 + 6 * (0.08 + 0.10 + 0.06))
     assert budget.measured_speed == pytest.approx(0.12, rel=0.05)
+
+
+def test_train_policy(run) -> None:
+    """Two short generations: the best of 24 policies goes ahead, where standing earns nothing."""
+    files = ("policy.txt", "learned_walk.html")
+    found = run("train_policy", files, generations=2, duration=1.0)
+    assert found["trained"] > found["standing"] + 0.05
+    assert found["distance"] > 0.005
 
 
 @pytest.mark.slow

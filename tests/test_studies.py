@@ -51,6 +51,7 @@ SHORT = {
             "--robots kharagpur --contacts accurate --quantities slip.kp --delays 20 --points 1"
         ),
         "real_robots": "--duration 2.4",
+        "learning_cost": "--duration 0.1 --rounds 1 --resets 10",
         "killed_walk": "--hours 0.001 --pieces 2 --kills 1",
         "one_hour": "--cycles 2",
         "peak_sampling": (
