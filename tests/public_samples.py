@@ -96,6 +96,8 @@ def specs() -> tuple[Any, ...]:
     sensors = hp.sensors.Sensors(q=hp.sensors.Sensor(noise=1e-3))
     return (
         hp.Contact.accurate(),
+        hp.rl.RewardWeights(tilt=2.0),
+        hp.rl.WalkTask(speed=(0.05, 0.1), sensors=sensors),
         hp.contact.HuntCrossley(stiffness=1e5),
         hp.contact.KelvinVoigt(stiffness=1e5, damping=10.0),
         hp.contact.Restitution(stiffness=1e5, restitution=0.3),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import gc
 import math
 import resource
@@ -17,7 +18,7 @@ from gymnasium.vector import SyncVectorEnv
 from refusals import refused
 
 import hexapod_pin as hp
-from hexapod_pin.errors import GaitError, ParameterError
+from hexapod_pin.errors import GaitError, NotPicklableError, ParameterError
 from hexapod_pin.rl.task import ALL_OBSERVED
 
 ID = "hexapod_pin/Walk-v0"
@@ -172,6 +173,9 @@ def test_a_recorded_episode_is_a_trace() -> None:
     assert trace.time[-1] == pytest.approx(0.2) and trace.q[-1, 0] == info["x"]
     with refused(ParameterError, "record"):
         make().trace()
+    for one in (env, hp.rl.WalkVectorEnv()):
+        with refused(NotPicklableError, about=("its arguments",)):
+            copy.deepcopy(one)
 
 
 def test_the_error_of_an_episode_follows_its_accuracy() -> None:

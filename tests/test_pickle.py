@@ -150,9 +150,9 @@ PUBLIC = [
     name.rpartition(".")[2]
     for name, kind in sorted(surface().items())
     if inspect.isclass(kind) and Protocol not in kind.__mro__[1:]
-    and name != "Session"
+    and name not in ("Session", "rl.WalkEnv", "rl.WalkVectorEnv")
 ]  # fmt: skip
-"""Public types of data: all but what is to be implemented, and a run under way."""
+"""Public types of data: all but what is to be implemented, and runs under way."""
 
 GIVEN_BACK = ("AssumedInput", "ErrorEstimate", "Foot", "FootPath", "JointTrajectory", "Leg",
               "SobolIndices", "TrunkPoints", "HeightGrid")  # fmt: skip

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array
-from hexapod_pin.errors import MissingPackageError, ParameterError
+from hexapod_pin.errors import MissingPackageError, NotPicklableError, ParameterError
 from hexapod_pin.rl.episode import LARGEST, Walker, advance
 from hexapod_pin.rl.task import WalkTask
 from hexapod_pin.robot.robot import Robot
@@ -83,6 +83,14 @@ class WalkEnv(gymnasium.Env[Array, Array]):
         self.render_mode = None
         self.walker = Walker(robot, WalkTask(**task), record=record)
         self.observation_space, self.action_space = spaces_of(self.walker)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Refuse a pickle or a copy: the run is the native core's.
+
+        Raises:
+            NotPicklableError: names what to send instead.
+        """
+        raise NotPicklableError("WalkEnv", "its arguments", "Make the environment there.")
 
     @property
     def integration(self) -> str:
@@ -187,6 +195,14 @@ class WalkVectorEnv(VectorEnv[Array, Array, Any]):
         self.action_space = batch_space(self.single_action_space, num_envs)
         self._generators: list[np.random.Generator | None] = [None] * num_envs
         self._observations = np.zeros((num_envs, first.size))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Refuse a pickle or a copy: the run is the native core's.
+
+        Raises:
+            NotPicklableError: names what to send instead.
+        """
+        raise NotPicklableError("WalkVectorEnv", "its arguments", "Make the environment there.")
 
     @property
     def integration(self) -> str:
