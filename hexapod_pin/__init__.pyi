@@ -2,6 +2,7 @@
 
 from . import drive as drive
 from . import errors as errors
+from . import interchange as interchange
 from . import results as results
 from . import rl as rl
 from . import robot as robot

@@ -26,7 +26,8 @@ from studies.study import StudyReport, run_study
 
 import hexapod_pin as hp
 from hexapod_pin import native
-from hexapod_pin.benchmark.engines.mujoco_engine import CONES, MujocoSettings
+from hexapod_pin.benchmark.engines.mujoco_engine import CONES
+from hexapod_pin.interchange.mjcf_text import MjcfOptions
 from hexapod_pin.robot.robot import urdf_path
 from hexapod_pin.simulation.plant import native_plant
 from hexapod_pin.text_table import Table
@@ -230,7 +231,7 @@ def test_mujoco_has_our_robot_and_servos(walking: NativeMotion) -> None:
     solve the same systems of condition number 1e5.
     """
     scene = dataclasses.replace(walking.scene, stops=hp.JointStops(stiffness=0.0))  # as the twin
-    twin = MujocoTwin(scene, MujocoSettings(STEP))
+    twin = MujocoTwin(scene, MjcfOptions(STEP))
     dof = [twin.model.joint(name).dofadr[0] for name in scene.robot.joint_names]
     plant, servo, effort = native_plant(scene), scene.servos, scene.robot.effort_limit
     rng = np.random.default_rng(3)
@@ -262,7 +263,7 @@ def test_mujoco_has_our_robot_and_servos(walking: NativeMotion) -> None:
 def test_mujoco_stands_on_its_feet_alone(contact: str, mu: float) -> None:
     """Six contacts, all with the floor and our mu, carrying the weight; cheap choices made."""
     scene = hp.Scene(hp.load_robot("kharagpur"), contact=hp.Contact.preset(contact))
-    twin = MujocoTwin(scene, MujocoSettings(STEP))
+    twin = MujocoTwin(scene, MjcfOptions(STEP))
     model, data = twin.model, twin.data
     assert (model.nbody, model.ngeom) == (20, 7)
     assert not model.jnt_limited.any() and not model.jnt_actfrclimited.any()
@@ -294,7 +295,7 @@ def test_timed_runs_are_the_checked_runs(walking: NativeMotion) -> None:
     np.testing.assert_array_equal(run.checkpoint().q[:3], checked[-1])
     assert len(run.record()["time"]) == 2
     for cone in CONES:
-        twin = MujocoTwin(walking.scene, MujocoSettings(STEP, cone=cone))
+        twin = MujocoTwin(walking.scene, MjcfOptions(STEP, cone=cone))
         twin.timed_run(walking.state, walking.set_points, steps)()
         end = np.array(twin.data.qpos[:3])
         path = twin.path(walking.state, walking.set_points, steps * STEP)

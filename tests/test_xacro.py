@@ -195,7 +195,6 @@ def test_sizes_are_limited(tmp_path: Path) -> None:
     ("text", "about"),
     [
         ("<sdf version='1.6'><model name='m'/></sdf>", ("<sdf>", "SDF", "pysdf")),
-        ("<mujoco model='m'/>", ("<mujoco>", "MJCF", "mjcf-urdf-simple-converter")),
         ("<launch/>", ("<launch>", "robot_description", "xacro_args")),
         ("<all><robot name='a'/><robot name='b'/></all>", ("<all>", "2", "'a', 'b'")),
     ],
@@ -208,6 +207,13 @@ def test_other_kinds_of_files_are_named(
     path.write_text(text)
     with refused(UrdfError, source=str(path), about=about):
         parse_urdf(read_robot_text(path).text.encode(), str(path))
+
+
+def test_mjcf_is_no_xacro(tmp_path: Path) -> None:
+    path = tmp_path / "file.xacro"
+    path.write_text("<mujoco model='m'/>")
+    with refused(UrdfError, source=str(path), about=("<mujoco>", "MJCF", "name it .xml")):
+        read_robot_text(path)
 
 
 def test_xacro_without_its_prefix(tmp_path: Path) -> None:

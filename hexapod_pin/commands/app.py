@@ -20,6 +20,7 @@ from typer.core import TyperCommand, TyperGroup
 from hexapod_pin.commands.compare import compare
 from hexapod_pin.commands.contact import contact
 from hexapod_pin.commands.evidence_commands import bench, verify
+from hexapod_pin.commands.export import export
 from hexapod_pin.commands.options import in_options, option_names
 from hexapod_pin.commands.refusal import refusal_text
 from hexapod_pin.commands.resources import require_resources
@@ -121,8 +122,8 @@ def _root(
 
 
 for _command in (
-    walk, run, compare, sweep, view, budget, select, stability, check, repair, contact, bench,
-    verify,
+    walk, run, compare, sweep, view, budget, select, stability, check, repair, export, contact,
+    bench, verify,
 ):  # fmt: skip
     app.command(cls=_Command)(_command)
 

@@ -32,6 +32,9 @@ from hexapod_pin.errors import ParameterError
 from hexapod_pin.user_file import user_path
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from hexapod_pin.robot.loading.load_options import LoadOptions
     from hexapod_pin.robot.repair import Repaired
 
 
@@ -113,6 +116,34 @@ def repair(
     """
     announce(f"reading {file}")
     from hexapod_pin.commands.output_files import writable
+
+    path = writable("--out", out)
+    hints = load_options(
+        feet=feet, legs=legs, posture=posture, held=held, package_path=package_path,
+        xacro_arg=xacro_arg, foot_radius=foot_radius, forward=forward,
+    )  # fmt: skip
+    options = given(
+        mass=mass, density=density, effort=torque_limit(effort), velocity=speed_limit(velocity)
+    )
+    write_repaired(context, file, path, hints, options)
+
+
+def write_repaired(
+    context: typer.Context, file: Path, path: Path, hints: LoadOptions,
+    numbers: Mapping[str, float],
+) -> None:  # fmt: skip
+    """Write a repaired URDF, and print what was changed and assumed.
+
+    Args:
+        context: of the command, whose options a refusal names.
+        file: URDF, xacro or MJCF file; it is not touched.
+        path: absolute path of the file to write.
+        hints: how the file is read; its hints file adds to them.
+        numbers: fields of `RepairOptions` that are given.
+
+    Raises:
+        HexapodError: the file cannot be read or repaired; nothing is written.
+    """
     from hexapod_pin.robot.loading.load_options import read_hints
     from hexapod_pin.robot.loading.load_urdf import read_file
     from hexapod_pin.robot.reading.resources import ResourceFinder
@@ -121,19 +152,13 @@ def repair(
     from hexapod_pin.robot.repair.finding import finding_lines
     from hexapod_pin.robot.urdf_report import judged
 
-    path, folders = writable("--out", out), package_path or []
-    hints = load_options(
-        feet=feet, legs=legs, posture=posture, held=held, package_path=folders,
-        xacro_arg=xacro_arg, foot_radius=foot_radius, forward=forward,
-    ).over(read_hints(user_path(file)))  # fmt: skip
+    hints = hints.over(read_hints(user_path(file)))
+    folders = [Path(folder) for folder in hints.package_path]
     read = read_file(file, hints)
     urdf, finder = read.file, read.finder
     if path.exists() and path.samefile(user_path(file)):
-        raise ParameterError("--out", str(out), "another file than the one to repair")
-    options = given(
-        mass=mass, density=density, effort=torque_limit(effort), velocity=speed_limit(velocity)
-    )
-    repaired = repair_urdf(urdf, finder, RepairOptions(**options))
+        raise ParameterError("--out", str(path), "another file than the one to repair")
+    repaired = repair_urdf(urdf, finder, RepairOptions(**numbers))
     written, moved = rebased(repaired.file, finder, path, folders)
     report = judged(read._replace(file=written, finder=ResourceFinder(path, folders)), hints)
     if not report.ok:

@@ -183,6 +183,27 @@ def trajectory_curve(plan: JointTrajectory) -> Any:
     raise ParameterError("JointTrajectory.kind", plan.kind, "cubic or quintic: it has curves")
 
 
+def planned_motion(plan: JointTrajectory, time: Array) -> tuple[Array, Array]:
+    """Return the set-points that a plan gives the drives at some times.
+
+    Args:
+        plan: of any kind; its last knot stays.
+        time: [s]. Shape (K,).
+
+    Returns:
+        Joint angles [rad] and rates [rad/s], `Robot.joint_names` order. Shapes (K, n).
+    """
+    now = np.minimum(time, plan.time[-1])
+    if plan.kind in CURVED:
+        curve = trajectory_curve(plan)
+        return np.asarray(curve(now)), np.asarray(curve(now, 1))
+    knot = np.searchsorted(plan.time, now, side="right") - 1
+    if plan.kind == "held":
+        return plan.q[knot], np.zeros((len(time), plan.q.shape[1]))
+    moves = [np.interp(now, plan.time, joint) for joint in plan.q.T]
+    return np.stack(moves, axis=-1), plan.v[knot]
+
+
 def quintic_control_points(plan: JointTrajectory) -> Array:
     """Return the Bernstein coefficients of the quintics between the knots. Shape (6, K - 1, n).
 

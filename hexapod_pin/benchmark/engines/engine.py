@@ -16,6 +16,7 @@ from hexapod_pin.benchmark.work_precision.task import Task, set_points
 from hexapod_pin.drive.servo import check_plain_drives
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.ground.terrain import Flat
+from hexapod_pin.interchange.mjcf_text import JointDrives
 from hexapod_pin.robot.description import urdf_writer as xml
 from hexapod_pin.robot.description.urdf_writer import Shape
 from hexapod_pin.validation.cases.robots import lowest_foot
@@ -93,6 +94,14 @@ class Problem:
     def joints(self) -> tuple[str, ...]:
         """Names of the joints, in the order of `set_points`."""
         return self.task.scene.robot.joint_names
+
+    @property
+    def drives(self) -> JointDrives:
+        """Servos and damping, as divided between them here."""
+        robot, servo = self.task.scene.robot, self.task.scene.servos
+        damping = np.array(robot.damping) + (servo.gains(robot)[1] - self.kd)
+        own = JointDrives.of(robot, servo)
+        return own._replace(kp=self.kp, kd=self.kd, limit=self.limit, damping=damping)
 
 
 @dataclass(frozen=True)

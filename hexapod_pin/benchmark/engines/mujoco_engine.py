@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -13,12 +13,13 @@ import numpy as np
 
 from hexapod_pin.benchmark.engines.engine import EngineSweep, Problem
 from hexapod_pin.benchmark.work_precision.measure import RunOutcome
+from hexapod_pin.interchange.mjcf_text import JointDrives, MjcfOptions, mjcf_text
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from hexapod_pin.arrays import Array
     from hexapod_pin.robot.state import State
+    from hexapod_pin.scene.scene import Scene
 
 
 INTEGRATORS = ("implicitfast", "Euler", "RK4")
@@ -76,10 +77,8 @@ class Mujoco:
         if key not in self._built:
             integrator, cone = method.split()
             model = compile_model(
-                problem.urdf, MujocoSettings(step, integrator, cone, exact),
-                gravity=problem.gravity.tolist(), height=problem.height, mu=problem.mu,
-                joints=problem.joints, kp=problem.kp, kd=problem.kd, limit=problem.limit,
-            )  # fmt: skip
+                problem.task.scene, problem.drives, MjcfOptions(step, integrator, cone, exact=exact)
+            )
             order = [problem.joints.index(model.actuator(k).name) for k in range(model.nu)]
             controls = np.ascontiguousarray(problem.set_points[:, order])
             self._built[key] = (model, import_module("mujoco").MjData(model), controls)
@@ -100,70 +99,22 @@ def _warnings(mujoco: Any) -> Iterator[list[str]]:
 
 # A robot of ours in MuJoCo: our bodies, servos and coefficient of friction, its contact law.
 #
-# Where MuJoCo has a choice that costs nothing but time it gets the cheap one: no visual shapes,
-# fixed links fused, no joint limits, only feet against the floor.
+# Where MuJoCo has a choice that costs nothing but time it gets the cheap one: no shapes but the
+# feet's, no joint limits, only feet against the floor.
 
 CONES = ("pyramidal", "elliptic")
 
 
-@dataclass(frozen=True)
-class MujocoSettings:
-    """How MuJoCo integrates.
-
-    Attributes:
-        step: [s].
-        integrator: "implicitfast", "Euler" or "RK4".
-        cone: "pyramidal" (its default) or "elliptic".
-        exact: contacts solved to 1e-12, for reference runs; else its default, 1e-8.
-    """
-
-    step: float
-    integrator: str = "implicitfast"
-    cone: str = "pyramidal"
-    exact: bool = False
-
-
-def compile_model(
-    urdf: str, settings: MujocoSettings, *, gravity: Sequence[float], height: float, mu: float,
-    joints: Sequence[str], kp: Array, kd: Array, limit: Array,
-) -> Any:  # fmt: skip
-    """Return the compiled model.
+def compile_model(scene: Scene, drives: JointDrives, options: MjcfOptions) -> Any:
+    """Return the compiled model of a scene; see `hexapod_pin.interchange`.
 
     Args:
-        urdf: text of `engine_urdf`.
-        settings: step, integrator, cone, solver tolerance.
-        gravity: (3,) [m/s^2].
-        height: of the floor [m].
-        mu: coefficient of friction.
-        joints: names of the joints with a servo.
-        kp: (n,) servo stiffness [N m/rad].
-        kd: (n,) servo damping [N m s/rad].
-        limit: (n,) largest servo torque [N m]; inf where there is none.
+        scene: robot, ground, coefficient of friction, gravity.
+        drives: of its joints.
+        options: step, integrator, cone, solver tolerance; joint limits are left out.
     """
-    mujoco = import_module("mujoco")
-    spec = mujoco.MjSpec.from_string(urdf)
-    spec.compiler.balanceinertia = False
-    spec.worldbody.first_body().add_freejoint(name="root")
-    spec.option.timestep, spec.option.gravity = settings.step, list(gravity)
-    spec.option.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{settings.integrator.upper()}")
-    spec.option.cone = getattr(mujoco.mjtCone, f"mjCONE_{settings.cone.upper()}")
-    if settings.exact:
-        spec.option.tolerance, spec.option.iterations = 1e-12, 200
-    for geom in spec.geoms:
-        geom.contype, geom.conaffinity = 0, 1
-    spec.worldbody.add_geom(
-        name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[5, 5, 0.1], pos=[0, 0, height],
-        contype=1, conaffinity=0, friction=[mu, 0.005, 0.0001], priority=1,
-    )  # fmt: skip
-    for name, stiffness, damping, most in zip(joints, kp, kd, limit, strict=True):
-        joint = spec.joint(name)
-        joint.limited = joint.actfrclimited = mujoco.mjtLimited.mjLIMITED_FALSE
-        actuator = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
-        actuator.set_to_position(kp=float(stiffness), kv=float(damping))
-        if np.isfinite(most):
-            actuator.forcelimited = mujoco.mjtLimited.mjLIMITED_TRUE
-            actuator.forcerange = [-most, most]
-    return spec.compile()
+    text = mjcf_text(scene, drives, replace(options, joint_limits=False))
+    return import_module("mujoco").MjModel.from_xml_string(text)
 
 
 def put_state(model: Any, data: Any, joints: Sequence[str], state: State) -> None:

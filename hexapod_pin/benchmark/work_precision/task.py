@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.control.joint_trajectory import trajectory_curve
+from hexapod_pin.control.joint_trajectory import planned_motion
 from hexapod_pin.control.sampled_trajectory import SampledTrajectory
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.scene.scene import standing_on
@@ -99,7 +99,7 @@ def held_task(task: Task) -> Task:
     plan = task.controller.plan(task.scene.robot, task.duration)
     if plan.held or _constant(plan):
         return task
-    controller = SampledTrajectory(task.begins, planned_angles(plan, task.begins), limited=False)
+    controller = SampledTrajectory(task.begins, planned_motion(plan, task.begins)[0], limited=False)
     return replace(task, controller=controller, answer=None)
 
 
@@ -126,12 +126,3 @@ def set_points(task: Task) -> Array:
 
 def _constant(plan: JointTrajectory) -> bool:
     return not np.ptp(plan.q, axis=0).any() and not plan.v.any()
-
-
-def planned_angles(plan: JointTrajectory, time: Array) -> Array:
-    """Return a plan's angles at some times [rad]. Shape (K, n)."""
-    if plan.kind == "linear":
-        moves = [np.interp(time, plan.time, joint) for joint in plan.q.T]
-        return np.stack(moves, axis=-1)
-    angles: Array = trajectory_curve(plan)(np.minimum(time, plan.time[-1]))
-    return angles

@@ -417,8 +417,7 @@ def _joint(element: ET.Element) -> Joint:
 _ADVICE = {
     "sdf": "an SDF (Gazebo) file: convert it with pysdf, or take the "
     "URDF or xacro file that it was made from",
-    "mujoco": "an MJCF (MuJoCo) file: convert it with mjcf-urdf-simple-converter, or take "
-    "the URDF that it was made from",
+    "mujoco": "an MJCF (MuJoCo) file, which is read where it is no xacro: name it .xml",
     "mujocoinclude": "a part of an MJCF (MuJoCo) file: a URDF is needed",
     "launch": "a launch file: give the URDF or xacro file that it loads (see its "
     "robot_description), its arguments by xacro_args=[...]",

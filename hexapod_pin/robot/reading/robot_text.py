@@ -1,4 +1,4 @@
-"""The URDF text of a robot's file is the file itself, or what its xacro expands to.
+"""The URDF text of a robot's file: the file itself, what its xacro expands to, or a converted MJCF.
 
 The xacro library runs with its file access and its expressions restricted.
 """
@@ -39,7 +39,7 @@ class RobotText:
     Attributes:
         text: of the URDF.
         notes: a line on each assumption; none where the file is a URDF.
-        expanded: whether xacro made the text.
+        expanded: whether the text was made of another one, of xacro or MJCF.
     """
 
     text: str
@@ -54,13 +54,14 @@ def read_robot_text(
     package_path: Sequence[str | Path] = (),
     max_bytes: int = MAX_BYTES,
 ) -> RobotText:
-    """Read a URDF as it is, or expand a xacro file.
+    """Read a URDF as it is, expand a xacro file, or convert an MJCF file.
 
-    A file is xacro if its name ends with .xacro or elements of it begin with xacro:.
+    A file is xacro if its name ends with .xacro or elements of it begin with xacro:, and MJCF if
+    its outermost element is <mujoco>.
 
     Args:
-        path: URDF or xacro file.
-        xacro_args: values of <xacro:arg>; refused for a URDF, which has none.
+        path: URDF, xacro or MJCF file.
+        xacro_args: values of <xacro:arg>; refused for a URDF or MJCF, which have none.
         package_path: folders that hold the packages that xacro includes.
         max_bytes: of any file read, and of the expanded text.
 
@@ -74,6 +75,10 @@ def read_robot_text(
         if arguments:
             names = ", ".join(arguments)
             raise UrdfError(source, [f"a URDF, not xacro: takes no xacro argument ({names})"])
+        if is_mjcf(text):
+            from hexapod_pin.robot.reading.mjcf_urdf import urdf_of_mjcf
+
+            return RobotText(*urdf_of_mjcf(path), expanded=True)
         return RobotText(text)
     _refuse_other_formats(source, text)
     if "<xacro:" in text and "xmlns:xacro" not in text:
@@ -95,6 +100,11 @@ def is_xacro(source: str, text: str) -> bool:
     if "<xacro:" not in text or "xmlns:xacro" not in text:
         return False
     return any(element.tag.startswith("xacro:") for element in parse_tree(text, source).iter())
+
+
+def is_mjcf(text: str) -> bool:
+    """Return whether a checked XML text is MJCF, MuJoCo's format."""
+    return "<mujoco" in text and ET.fromstring(text).tag == "mujoco"
 
 
 def _refuse_other_formats(source: str, text: str) -> None:

@@ -8,7 +8,8 @@ import numpy as np
 
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
-from hexapod_pin.benchmark.engines.mujoco_engine import CONES, MujocoSettings
+from hexapod_pin.benchmark.engines.mujoco_engine import CONES
+from hexapod_pin.interchange.mjcf_text import MjcfOptions
 from hexapod_pin.text_table import Table
 from studies.cost.mujoco_twin import SAMPLE, MujocoTwin
 from studies.cost.step_entries import STEP
@@ -76,7 +77,7 @@ def mujoco_creep(cone: str, ratio: float, duration: float) -> float:
     def hold(t: Array) -> tuple[Array, Array]:
         return np.repeat(posture, len(t), 0), np.zeros((len(t), posture.shape[1]))
 
-    twin = MujocoTwin(scene, MujocoSettings(STEP, cone=cone))
+    twin = MujocoTwin(scene, MjcfOptions(STEP, cone=cone))
     return _mean_speed(twin.path(scene.robot.stand(), hold, duration).positions[:, 1])
 
 

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.benchmark.engines.engine import engine_urdf
-from hexapod_pin.benchmark.engines.mujoco_engine import MujocoSettings, compile_model, put_state
+from hexapod_pin.benchmark.engines.mujoco_engine import compile_model, put_state
 from hexapod_pin.drive.servo import check_plain_drives
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.ground.terrain import Flat
+from hexapod_pin.interchange.mjcf_text import JointDrives, MjcfOptions
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.state import State
@@ -47,7 +47,7 @@ class MujocoTwin:
     """
 
     scene: Scene
-    settings: MujocoSettings
+    settings: MjcfOptions
     model: Any = field(init=False)
     data: Any = field(init=False)
 
@@ -55,21 +55,15 @@ class MujocoTwin:
         """Build and compile the model.
 
         Raises:
-            ParameterError: the ground is not `Flat`, a foot is a point, a joint has a motor or
-                dry friction, or there are loads.
+            ParameterError: the ground is not `Flat`, a joint has a motor or dry friction, or there
+                are loads.
         """
         self.scene.require_unloaded("in MuJoCo")
         scene, robot, servo = self.scene, self.scene.robot, self.scene.servos
         if not isinstance(scene.terrain, Flat):
             raise ParameterError("terrain", scene.terrain.kind, "flat in MuJoCo")
         check_plain_drives(robot, servo, "MuJoCo")
-        kp, kd = servo.gains(robot)
-        effort = robot.effort_limit if servo.limited else np.full(len(robot.joint_names), np.inf)
-        self.model = compile_model(
-            engine_urdf(robot, robot.damping), self.settings, gravity=scene.gravity,
-            height=scene.terrain.height, mu=scene.contact.friction.limit,
-            joints=robot.joint_names, kp=kp, kd=kd, limit=effort,
-        )  # fmt: skip
+        self.model = compile_model(scene, JointDrives.of(robot, servo), self.settings)
         self.data = import_module("mujoco").MjData(self.model)
 
     def put(self, state: State) -> None:

@@ -11,7 +11,8 @@ import numpy as np
 import hexapod_pin as hp
 from hexapod_pin import native
 from hexapod_pin.arrays import Array
-from hexapod_pin.benchmark.engines.mujoco_engine import CONES, MujocoSettings
+from hexapod_pin.benchmark.engines.mujoco_engine import CONES
+from hexapod_pin.interchange.mjcf_text import MjcfOptions
 from hexapod_pin.simulation.plant import native_plant
 from studies.cost.mujoco_twin import SAMPLE, MujocoTwin, TrunkPath
 from studies.cost.native_motion import NativeMotion
@@ -151,11 +152,11 @@ def pinocchio_calls(motion: NativeMotion, size: StepStudySize) -> StepEntry:
 def mujoco_step(motion: NativeMotion, size: StepStudySize, cone: str) -> StepEntry:
     """Return MuJoCo's implicitfast; its references solve contacts to 1e-12."""
     steps = round(size.duration / STEP)
-    twin = MujocoTwin(motion.scene, MujocoSettings(STEP, cone=cone))
+    twin = MujocoTwin(motion.scene, MjcfOptions(STEP, cone=cone))
     run = twin.timed_run(motion.state, motion.set_points, steps)
 
     def path(h: float) -> TrunkPath:
-        settings = MujocoSettings(h, cone=cone, exact=h != STEP)
+        settings = MjcfOptions(h, cone=cone, exact=h != STEP)
         other = MujocoTwin(motion.scene, settings)
         return other.path(motion.state, motion.set_points, size.duration)
 

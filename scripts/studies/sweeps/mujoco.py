@@ -12,7 +12,7 @@ import numpy as np
 
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
-from hexapod_pin.benchmark.engines.mujoco_engine import MujocoSettings
+from hexapod_pin.interchange.mjcf_text import MjcfOptions
 from hexapod_pin.validation.position_error import trunk_error
 from studies.cost.mujoco_twin import SAMPLE, MujocoTwin
 from studies.cost.native_motion import NativeMotion
@@ -69,8 +69,8 @@ def sampled_case(case: hp.Case, index: int, fine: float, rounds: int) -> Sampled
     runs: list[tuple[str, float, float]] = []
     doubts: list[float] = []
     for cone in dict.fromkeys(cone for _, cone in METHODS):
-        best = _path(motion, MujocoSettings(fine, "RK4", cone, exact=True), case.duration)
-        other = _path(motion, MujocoSettings(2 * fine, "RK4", cone, exact=True), case.duration)
+        best = _path(motion, MjcfOptions(fine, "RK4", cone, exact=True), case.duration)
+        other = _path(motion, MjcfOptions(2 * fine, "RK4", cone, exact=True), case.duration)
         doubts.append(trunk_error(best, other))
         for integrator in (name for name, own in METHODS if own == cone):
             runs += _ladder(motion, integrator, cone, best, case.duration, rounds)
@@ -85,7 +85,7 @@ def _timed(case: hp.Case) -> float:
     return time.perf_counter() - begin
 
 
-def _path(motion: NativeMotion, settings: MujocoSettings, duration: float) -> Array:
+def _path(motion: NativeMotion, settings: MjcfOptions, duration: float) -> Array:
     twin: Any = MujocoTwin(motion.scene, settings)
     found: Array = twin.path(motion.state, motion.set_points, duration).positions
     return found
@@ -97,7 +97,7 @@ def _ladder(
     """Return error and time of each step; those that diverge are left out."""
     found = []
     for step in STEPS:
-        settings = MujocoSettings(step, integrator, cone)
+        settings = MjcfOptions(step, integrator, cone)
         error = trunk_error(_path(motion, settings, duration), best)
         if not np.isfinite(error) or error > 1.0:
             continue

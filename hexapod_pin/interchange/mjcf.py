@@ -1,0 +1,216 @@
+"""MJCF out: a robot or scene for MuJoCo, with a planned walk as keyframes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hexapod_pin.arguments import checked
+from hexapod_pin.atomic_file import write_atomically
+from hexapod_pin.control.gait import Gait
+from hexapod_pin.control.joint_trajectory import Controller, planned_motion
+from hexapod_pin.control.kinematic import KinematicControl
+from hexapod_pin.errors import ParameterError, TraceFileError
+from hexapod_pin.ground.terrain import PatchedGround, ShakingGround
+from hexapod_pin.interchange.mjcf_shapes import DrawnRobot, drawn_robot
+from hexapod_pin.interchange.mjcf_text import (
+    NOTHING_DRAWN,
+    JointDrives,
+    Keyframe,
+    MjcfOptions,
+    mjcf_text,
+)
+from hexapod_pin.robot.robot import Robot
+from hexapod_pin.scene.scene import Scene, standing_on
+from hexapod_pin.user_file import reason_of, user_path
+
+if TYPE_CHECKING:
+    from hexapod_pin.arrays import Array
+    from hexapod_pin.control.joint_trajectory import JointTrajectory
+
+STAND = "stand"
+"""Name of the first keyframe: the standing posture at rest."""
+
+MOST_KEYFRAMES = 100_000
+"""Of a file: each has every joint twice."""
+
+STEP = 1e-3
+"""Step of MuJoCo's integration in a file written here [s]; its own default is 2 ms."""
+
+OPTIONS = MjcfOptions(STEP, "implicitfast", "elliptic", impratio=10.0, contact_time=5e-3)
+"""With MuJoCo's defaults feet creep, and on light legs they sink by a centimetre."""
+
+
+@checked
+def write_mjcf(
+    scene: Scene | Robot,
+    path: str | Path,
+    *,
+    controller: Controller | Gait | None = None,
+    duration: float = 10.0,
+    rate: float = 50.0,
+    drawn: bool = True,
+) -> Path:
+    """Write a robot as MJCF, which MuJoCo opens and walks.
+
+    Written are the floating base, the ground, the bodies with the masses of the scene's loads,
+    joint limits, damping, dry friction and rotor inertia, the feet's spheres with the coefficient
+    of friction, a position actuator per joint with the gains and the torque limit of its servo,
+    the shapes of the links, and keyframes. Meshes go into the folder NAME_meshes beside NAME.xml.
+
+    Keyframe 0 is the standing posture. With a controller the planned walk follows, a keyframe
+    every 1 / rate from t = 0 on. A keyframe's `qpos` has the planned pose of the base, as on even
+    ground, and joint angles; its `ctrl` are the set-points of the actuators, which are
+    q_ref + kd / kp v_ref, since MuJoCo's servo is kp (ctrl - q) - kd v and ours is
+    kp (q_ref - q) + kd (v_ref - v).
+
+    Args:
+        scene: robot, ground, friction, servos, masses; of a robot its default scene.
+        path: of the file; its folder must exist.
+        controller: of the walk, or its gait; None: the standing posture alone.
+        duration: of the walk [s].
+        rate: keyframes per second [Hz].
+        drawn: whether the shapes of the links are written; without them only feet are seen.
+
+    Returns:
+        The path written to.
+
+    Raises:
+        ParameterError: the joints of the scene follow a motion, a controller without a plan, a
+            duration or rate out of range, or more than 100 000 keyframes.
+        GaitError, ReachError: the robot cannot walk so.
+        TraceFileError: the file or a mesh cannot be written.
+    """
+    if isinstance(scene, Robot):
+        scene = Scene(scene)
+    target = user_path(path)
+    if scene.prescribed:
+        raise ParameterError("Scene.prescribed", True, "False in MJCF: its actuators are servos")
+    keyframes = [standing_keyframe(scene)]
+    if controller is not None:
+        walk = KinematicControl(controller) if isinstance(controller, Gait) else controller
+        keyframes += walk_keyframes(scene, walk, duration, rate)
+    folder = f"{target.stem}_meshes"
+    shapes = drawn_robot(scene.robot, folder) if drawn else DrawnRobot(NOTHING_DRAWN, {}, ())
+    text = mjcf_text(
+        scene, JointDrives.of(scene.robot, scene.servos), OPTIONS, drawn=shapes.drawn,
+        keyframes=keyframes, remarks=[*_head(scene), *mjcf_losses(scene), *shapes.notes],
+    )  # fmt: skip
+    if shapes.files:
+        _write_meshes(target.parent / folder, shapes.files)
+    return write_atomically(target, text)
+
+
+def _write_meshes(folder: Path, files: Any) -> None:
+    """Write mesh files into a folder, made where it is missing."""
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        text = f"{folder}: the folder of meshes cannot be made ({reason_of(error)})."
+        raise TraceFileError(text) from error
+    for name, content in files.items():
+        write_atomically(folder / name, content)
+
+
+def _head(scene: Scene) -> list[str]:
+    """Return where the model is from and what is assumed in it."""
+    robot = scene.robot
+    return [
+        f"{robot.name}, written by hexapod_pin. SI units, angles in rad. {robot.provenance}",
+        *(f"assumed: {text}" for text in scene.assumed),
+    ]
+
+
+def mjcf_losses(scene: Scene) -> list[str]:
+    """Return a sentence on each part of a scene that its MJCF does not have."""
+    found = [
+        f"not in this file: the contact law ({scene.contact.describe()}): MuJoCo's own acts, with "
+        f"the largest coefficient of friction, {scene.contact.friction.limit:g}"
+    ]
+    motors = [motor for motor in scene.servos.motors(scene.robot) if motor is not None]
+    if motors:
+        found.append(
+            "not in this file: the motors' torque-speed line; the torque is limited by the stall "
+            "torque at any speed"
+        )
+    if any(motor.gear_friction for motor in motors):
+        found.append("not in this file: the gears' friction that depends on the load")
+    kinds = sorted({load.kind for load in scene.loads} - {load.kind for load in scene.mass_loads})
+    if kinds:
+        found.append(f"not in this file: loads of kind {', '.join(kinds)}")
+    if scene.body_contact:
+        found.append("not in this file: contact between trunk and ground")
+    if isinstance(scene.terrain, PatchedGround | ShakingGround):
+        kind = scene.terrain.kind
+        found.append(f"not in this file: what the {kind} ground adds to the shape of the ground")
+    if any(foot.radius <= 0.0 for foot in scene.robot.feet):
+        found.append("point feet are spheres of 0.01 mm")
+    return found
+
+
+# Keyframes: the standing posture, and a planned walk.
+
+
+def standing_keyframe(scene: Scene) -> Keyframe:
+    """Return the standing posture at rest on the ground."""
+    state = standing_on(scene, scene.robot.posture)
+    return Keyframe(STAND, 0.0, state.q, state.joints)
+
+
+def walk_keyframes(
+    scene: Scene, controller: Controller, duration: float, rate: float
+) -> list[Keyframe]:
+    """Return a planned walk at a rate, from t = 0 to the duration.
+
+    Args:
+        scene: robot, ground and servos.
+        controller: plans the walk.
+        duration: [s].
+        rate: keyframes per second [Hz].
+
+    Raises:
+        ParameterError, GaitError, ReachError: as `write_mjcf`.
+    """
+    if not (np.isfinite(rate) and rate > 0.0):
+        raise ParameterError("rate", rate, "finite and above 0 Hz")
+    if not duration * rate <= MOST_KEYFRAMES:
+        allowed = f"at most {MOST_KEYFRAMES / rate:g} s: {MOST_KEYFRAMES} keyframes at {rate:g} Hz"
+        raise ParameterError("duration", duration, allowed)
+    if not hasattr(controller, "plan"):
+        raise ParameterError(
+            "controller", type(controller).__name__, "one that plans its set-points before a run",
+            "A controller that reacts to what it measures has no keyframes.",
+        )  # fmt: skip
+    plan = controller.plan(scene.robot, duration)
+    time = np.arange(round(duration * rate) + 1) / rate
+    q, v = planned_motion(plan, time)
+    kp, kd = scene.servos.gains(scene.robot)
+    lead = np.divide(kd, kp, out=np.zeros_like(kd), where=kp > 0.0)
+    poses = _base_poses(scene, controller, plan, time)
+    rows = zip(time.tolist(), np.hstack([poses, q]), q + lead * v, strict=True)
+    return [Keyframe(f"walk_{k}", t, row, control) for k, (t, row, control) in enumerate(rows)]
+
+
+def _base_poses(scene: Scene, controller: Controller, plan: JointTrajectory, time: Array) -> Array:
+    """Return the planned poses of the base: position [m], quaternion x, y, z, w. Shape (K, 7)."""
+    import pinocchio as pin
+
+    start = pin.XYZQUATToSE3(standing_on(scene, plan.q[0], plan.start_pose).q[:7])
+    planar = np.outer(time * plan.speed, np.append(plan.travel_direction, 0.0))
+    offsets = [pin.SE3.Identity() for _ in time]
+    if isinstance(controller, KinematicControl):
+        planar = controller.path(scene.robot).body_pose(time)
+        if controller.body is not None:
+            offset = controller.body.offset(time)
+            offsets = [
+                pin.SE3(np.array(turn), np.array(place))
+                for turn, place in zip(offset.rotation, offset.position, strict=True)
+            ]
+    level = start * offsets[0].inverse()
+    found = []
+    for (x, y, yaw), more in zip(planar, offsets, strict=True):
+        moved = pin.SE3(pin.rpy.rpyToMatrix(0.0, 0.0, float(yaw)), np.array([x, y, 0.0]))
+        found.append(pin.SE3ToXYZQUAT(level * moved * more))
+    return np.array(found)
