@@ -13,7 +13,8 @@ from typing import Any
 import hexapod_pin
 
 MODULES = """
-contact drive errors feedback foot_control loads motion results rl robot sensors simulation
+contact drive errors feedback foot_control interchange loads motion results rl robot sensors
+simulation
 sizing study terrain view
 """.split()
 """Rooms, and the modules of errors and of figures and playback."""
@@ -45,6 +46,9 @@ SURFACE: Mapping[str, str] = {
     """,
     "foot_control": """
         FootForceSensing Levelling SlipPid TouchDown VirtualSuspension
+    """,
+    "interchange": """
+        MjcfRobot read_mjcf write_mjcf
     """,
     "loads": """
         MassFactor RemovedMass

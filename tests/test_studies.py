@@ -27,7 +27,7 @@ from studies.study import StudyReport, run_study
 import hexapod_pin as hp
 from hexapod_pin import native
 from hexapod_pin.benchmark.engines.mujoco_engine import CONES
-from hexapod_pin.interchange.mjcf_text import MjcfOptions
+from hexapod_pin.interchange.mjcf_text import MjcfOptions, body_name
 from hexapod_pin.robot.robot import urdf_path
 from hexapod_pin.simulation.plant import native_plant
 from hexapod_pin.text_table import Table
@@ -53,6 +53,7 @@ SHORT = {
         ),
         "real_robots": "--duration 2.4",
         "learning_cost": "--duration 0.1 --rounds 1 --resets 10",
+        "mjcf_walks": "--robots kharagpur --cycles 4",
         "killed_walk": "--hours 0.001 --pieces 2 --kills 1",
         "one_hour": "--cycles 2",
         "peak_sampling": (
@@ -276,7 +277,7 @@ def test_mujoco_stands_on_its_feet_alone(contact: str, mu: float) -> None:
     pairs = [set(pair) for pair in data.contact.geom]
     assert all(floor in pair for pair in pairs)
     links = {model.body(model.geom(geom).bodyid[0]).name for pair in pairs for geom in pair}
-    assert links == {"world", *(f"{foot.joint}_link" for foot in scene.robot.feet)}
+    assert links == {"world", *(body_name(scene.robot, foot.joint) for foot in scene.robot.feet)}
     np.testing.assert_allclose(data.contact.friction[:, :2], mu)
     total, force = 0.0, np.zeros(6)
     for k in range(data.ncon):

@@ -36,6 +36,7 @@ from hexapod_pin.commands.urdf_commands import write_repaired
 from hexapod_pin.errors import ParameterError
 
 if TYPE_CHECKING:
+    from hexapod_pin.control.feedback import FeedbackController
     from hexapod_pin.control.joint_trajectory import Controller
     from hexapod_pin.results.trace import Trace
     from hexapod_pin.robot.loading.load_options import LoadOptions
@@ -170,7 +171,7 @@ class Source:
         return load_case(self.what)
 
     @cached_property
-    def walk(self) -> tuple[Scene, Controller | None, float]:
+    def walk(self) -> tuple[Scene, Controller | FeedbackController | None, float]:
         """The scene, its controller if any, and the planned time [s]."""
         if self.kind != "robot":
             case = self.case

@@ -61,5 +61,6 @@ def _next_command(source: str, command: str, options: set[str]) -> str:
     if not usable:
         return f"no repair changes that; next: hexapod-pin check {source}"
     if "--repair" in options:
-        return f"next: hexapod-pin {command} {source} --repair"
+        output = " OUT" if command == "export" else ""
+        return f"next: hexapod-pin {command} {source}{output} --repair"
     return f"next: hexapod-pin repair {source} -o repaired.urdf"

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.atomic_file import write_atomically
+from hexapod_pin.control.feedback import FeedbackController
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.joint_trajectory import Controller, planned_motion
 from hexapod_pin.control.kinematic import KinematicControl
-from hexapod_pin.errors import ParameterError, TraceFileError
+from hexapod_pin.errors import ParameterError
 from hexapod_pin.ground.terrain import PatchedGround, ShakingGround
 from hexapod_pin.interchange.mjcf_shapes import DrawnRobot, drawn_robot
 from hexapod_pin.interchange.mjcf_text import (
@@ -24,7 +25,7 @@ from hexapod_pin.interchange.mjcf_text import (
 )
 from hexapod_pin.robot.robot import Robot
 from hexapod_pin.scene.scene import Scene, standing_on
-from hexapod_pin.user_file import reason_of, user_path
+from hexapod_pin.user_file import user_path
 
 if TYPE_CHECKING:
     from hexapod_pin.arrays import Array
@@ -48,7 +49,7 @@ def write_mjcf(
     scene: Scene | Robot,
     path: str | Path,
     *,
-    controller: Controller | Gait | None = None,
+    controller: Controller | FeedbackController | Gait | None = None,
     duration: float = 10.0,
     rate: float = 50.0,
     drawn: bool = True,
@@ -58,7 +59,7 @@ def write_mjcf(
     Written are the floating base, the ground, the bodies with the masses of the scene's loads,
     joint limits, damping, dry friction and rotor inertia, the feet's spheres with the coefficient
     of friction, a position actuator per joint with the gains and the torque limit of its servo,
-    the shapes of the links, and keyframes. Meshes go into the folder NAME_meshes beside NAME.xml.
+    the shapes of the links, and keyframes. Meshes are files beside it, NAME_mesh_0.stl and so on.
 
     Keyframe 0 is the standing posture. With a controller the planned walk follows, a keyframe
     every 1 / rate from t = 0 on. A keyframe's `qpos` has the planned pose of the base, as on even
@@ -92,26 +93,15 @@ def write_mjcf(
     if controller is not None:
         walk = KinematicControl(controller) if isinstance(controller, Gait) else controller
         keyframes += walk_keyframes(scene, walk, duration, rate)
-    folder = f"{target.stem}_meshes"
-    shapes = drawn_robot(scene.robot, folder) if drawn else DrawnRobot(NOTHING_DRAWN, {}, ())
+    prefix = f"{target.stem}_"
+    shapes = drawn_robot(scene.robot, prefix) if drawn else DrawnRobot(NOTHING_DRAWN, {}, ())
     text = mjcf_text(
         scene, JointDrives.of(scene.robot, scene.servos), OPTIONS, drawn=shapes.drawn,
         keyframes=keyframes, remarks=[*_head(scene), *mjcf_losses(scene), *shapes.notes],
     )  # fmt: skip
-    if shapes.files:
-        _write_meshes(target.parent / folder, shapes.files)
+    for name, content in shapes.files.items():
+        write_atomically(target.with_name(name), content)
     return write_atomically(target, text)
-
-
-def _write_meshes(folder: Path, files: Any) -> None:
-    """Write mesh files into a folder, made where it is missing."""
-    try:
-        folder.mkdir(exist_ok=True)
-    except OSError as error:
-        text = f"{folder}: the folder of meshes cannot be made ({reason_of(error)})."
-        raise TraceFileError(text) from error
-    for name, content in files.items():
-        write_atomically(folder / name, content)
 
 
 def _head(scene: Scene) -> list[str]:
@@ -160,7 +150,7 @@ def standing_keyframe(scene: Scene) -> Keyframe:
 
 
 def walk_keyframes(
-    scene: Scene, controller: Controller, duration: float, rate: float
+    scene: Scene, controller: Controller | FeedbackController, duration: float, rate: float
 ) -> list[Keyframe]:
     """Return a planned walk at a rate, from t = 0 to the duration.
 
@@ -178,7 +168,7 @@ def walk_keyframes(
     if not duration * rate <= MOST_KEYFRAMES:
         allowed = f"at most {MOST_KEYFRAMES / rate:g} s: {MOST_KEYFRAMES} keyframes at {rate:g} Hz"
         raise ParameterError("duration", duration, allowed)
-    if not hasattr(controller, "plan"):
+    if isinstance(controller, FeedbackController):
         raise ParameterError(
             "controller", type(controller).__name__, "one that plans its set-points before a run",
             "A controller that reacts to what it measures has no keyframes.",

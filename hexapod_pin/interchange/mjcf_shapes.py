@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, NamedTuple
+from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
@@ -42,7 +43,7 @@ class DrawnRobot(NamedTuple):
     notes: Sequence[str]
 
 
-def drawn_robot(robot: Robot, folder: str) -> DrawnRobot:
+def drawn_robot(robot: Robot, prefix: str) -> DrawnRobot:
     """Return the shapes that a playback shows, as MuJoCo has them.
 
     Boxes, cylinders and spheres are as the robot's file has them; meshes are decimated as in a
@@ -50,11 +51,11 @@ def drawn_robot(robot: Robot, folder: str) -> DrawnRobot:
 
     Args:
         robot: the robot.
-        folder: in which the meshes will lie, relative to the model.
+        prefix: with which the names of the mesh files begin, which lie beside the model.
     """
     feet = {foot.name: foot.radius for foot in robot.feet}
     shapes = RobotShapes(robot.urdf, feet, finder=resources_of(robot), store=MeshStore())
-    meshes = _Meshes(folder)
+    meshes = _Meshes(prefix)
     geoms = {
         body: [text for shape in drawn if (text := _geom(shape, meshes))]
         for body, drawn in shapes.bodies.items()
@@ -67,8 +68,8 @@ def drawn_robot(robot: Robot, folder: str) -> DrawnRobot:
 class _Meshes:
     """The mesh files of a model, each geometry once."""
 
-    def __init__(self, folder: str) -> None:
-        self.folder, self.files = folder, dict[str, bytes]()
+    def __init__(self, prefix: str) -> None:
+        self.prefix, self.files = prefix, dict[str, bytes]()
         self.elements: list[str] = []
         self._names: dict[int, str | None] = {}
 
@@ -88,10 +89,10 @@ class _Meshes:
         if few or not low <= len(triangles) <= high:
             return None
         name = f"mesh_{len(self.files)}"
-        file = f"{name}.stl"
+        file = f"{self.prefix}{name}.stl"
         self.files[file] = stl(triangles)
         # a mesh that is not closed has no volume, of which MuJoCo would make its inertia
-        self.elements.append(f'<mesh name="{name}" file="{self.folder}/{file}" inertia="shell"/>')
+        self.elements.append(f'<mesh name="{name}" file={quoteattr(file)} inertia="shell"/>')
         return name
 
 
@@ -101,7 +102,8 @@ def stl(triangles: Any) -> bytes:
         len(triangles), dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("more", "<u2")]
     )
     rows["corners"] = triangles
-    return bytes(80) + np.uint32(len(triangles)).astype("<u4").tobytes() + rows.tobytes()
+    count = len(triangles).to_bytes(4, "little")
+    return b"".join((bytes(80), count, rows.tobytes()))
 
 
 def _geom(shape: DrawnShape, meshes: _Meshes) -> str:
@@ -124,5 +126,5 @@ def _geom(shape: DrawnShape, meshes: _Meshes) -> str:
             return ""
         body = f'type="mesh" mesh="{name}"'
     x, y, z, w = pin.Quaternion(np.array(turn)).coeffs().tolist()
-    place = f'pos="{numbers(shape.position)}" quat="{numbers((w, x, y, z))}"'
+    place = f'pos="{numbers(shape.position.tolist())}" quat="{numbers((w, x, y, z))}"'
     return f'<geom {body} {place} {UNSEEN} rgba="{numbers(shape.color)}"/>'

@@ -17,7 +17,8 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from hexapod_pin.drive.drive_law import armature, dry_friction, torque_cap
-from hexapod_pin.ground.terrain import HeightField, Plane
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.ground.terrain import HeightField, PatchedGround, Plane, ShakingGround
 from hexapod_pin.robot.description.urdf_annotation import ANNOTATION
 from hexapod_pin.robot.description.urdf_writer import number, numbers
 from hexapod_pin.robot.link_shapes import urdf_of
@@ -44,6 +45,9 @@ SIDE = 5.0
 
 PROFILE_STEP = 0.005
 """Distance of its points along the profile: a vertical riser becomes a slope this wide [m]."""
+
+MOST_POINTS = 1_000_000
+"""Of a height field."""
 
 FIELD_BASE = 0.1
 """Depth of the solid below the lowest point of a height field [m]."""
@@ -214,8 +218,8 @@ def _statements(robot: Robot) -> list[str]:
     for name, effort, velocity in zip(
         robot.joint_names, robot.effort_limit, robot.velocity_limit, strict=True
     ):
-        limits = {"effort": number(effort), "velocity": number(velocity)}
-        ElementTree.SubElement(element, LIMIT, joint=name, **limits)
+        limits = {"joint": name, "effort": number(effort), "velocity": number(velocity)}
+        ElementTree.SubElement(element, LIMIT, limits)
     data = " ".join(ElementTree.tostring(element, encoding="unicode").split())
     return _section("custom", [f'<text name="{ANNOTATION}" data={quoteattr(data)}/>'])
 
@@ -271,7 +275,7 @@ class _Bodies:
         q = numbers([*key.q[:3], *key.q[[6, 3, 4, 5]], *angles])
         return (
             f'<key name={quoteattr(key.name)} time="{number(key.time)}" qpos="{q}" '
-            f'ctrl="{numbers(key.control)}"/>'
+            f'ctrl="{numbers(key.control.tolist())}"/>'
         )
 
     def _parent(self, joint: int) -> int:
@@ -285,7 +289,7 @@ class _Bodies:
         self.order.append(k)
         column = np.array(self.model.createData().joints[joint].S, dtype=float).reshape(6)
         turns = bool(self.robot.turning[k])
-        axis = column[3:] if turns else column[:3]
+        axis = numbers((column[3:] if turns else column[:3]).tolist())
         low, high = float(self.robot.lower[k]), float(self.robot.upper[k])
         limited = self.options.joint_limits and low < high
         values = {
@@ -296,12 +300,13 @@ class _Bodies:
         }
         more = "".join(f' {key}="{numbers(x)}"' for key, x in values.items() if any(x))
         kind = "hinge" if turns else "slide"
-        return f'<joint name={quoteattr(name)} type="{kind}" axis="{numbers(axis)}"{more}/>'
+        return f'<joint name={quoteattr(name)} type="{kind}" axis="{axis}"{more}/>'
 
     def _foot(self, foot: Any) -> str:
         """Return the sphere of a foot, which touches the ground alone."""
+        place = numbers(foot.offset.tolist())
         return (
-            f'<geom name={quoteattr(foot.name)} type="sphere" pos="{numbers(foot.offset)}" '
+            f'<geom name={quoteattr(foot.name)} type="sphere" pos="{place}" '
             f'size="{number(foot.radius or LEAST_RADIUS)}" contype="0" conaffinity="1" '
             f'friction="{numbers((self.friction, *SPIN_FRICTION))}" rgba="0.2 0.2 0.22 1"/>'
         )
@@ -341,11 +346,11 @@ def _ground(scene: Scene) -> tuple[list[str], str]:
     low, span = float(heights.min()), float(np.ptp(heights))
     place.translation = place.translation + [0.0, 0.0, low]
     rows, columns = heights.shape
-    share = (heights - low) / (span or 1.0)
+    share = (heights[::-1] - low) / (span or 1.0)  # in a file the row of the largest y is first
     size = numbers((*sides, span or 1.0, FIELD_BASE))
     field = (
         f'<hfield name="ground" nrow="{rows}" ncol="{columns}" size="{size}" '
-        f'elevation="{numbers(share.ravel())}"/>'
+        f'elevation="{numbers(share.ravel().tolist())}"/>'
     )
     return [field], f'type="hfield" hfield="ground" {_pose(place)}'
 
@@ -354,21 +359,31 @@ def _height_field(scene: Scene) -> tuple[Array, tuple[float, float], Any]:
     """Return heights (ny, nx) [m], the half lengths along x and y [m], and where the field is."""
     import pinocchio as pin
 
-    ground = scene.terrain
-    ground = getattr(ground, "ground", ground)  # below patches, or at rest below shaking
-    ground = getattr(ground, "ground", ground)
+    ground: Any = scene.terrain
+    while isinstance(ground, PatchedGround | ShakingGround):
+        ground = ground.ground
     if isinstance(ground, HeightField):
         rows, columns = ground.shape
         half = 0.5 * ground.spacing[0] * (columns - 1), 0.5 * ground.spacing[1] * (rows - 1)
         middle = np.array([ground.origin[0] + half[0], ground.origin[1] + half[1], 0.0])
-        return ground.z, half, pin.SE3(np.eye(3), middle)
-    surface = ground.surface()
-    along = surface.along[:2]
-    reach = np.array([surface.s[0], surface.s[-1]])
-    half_length = 0.5 * float(np.ptp(reach)) + SIDE
-    count = 2 * round(half_length / PROFILE_STEP) + 1
-    s = float(reach.mean()) + np.linspace(-half_length, half_length, count)
-    row = surface.height_at(s * along[0], s * along[1])
-    turn = pin.rpy.rpyToMatrix(0.0, 0.0, surface.heading)
-    middle = np.append(float(reach.mean()) * along, 0.0)
-    return np.stack([row, row]), (half_length, SIDE), pin.SE3(turn, middle)
+        heights, place = ground.z, pin.SE3(np.eye(3), middle)
+    else:
+        surface = ground.surface()  # a profile along its heading, the same sideways
+        first, last = surface.s[0], surface.s[-1]
+        half = 0.5 * (last - first) + SIDE, SIDE
+        count = 2 * round(half[0] / PROFILE_STEP) + 1
+        _require_points(scene, count)
+        s = 0.5 * (first + last) + np.linspace(-half[0], half[0], count)
+        row = surface.height_at(s * surface.along[0], s * surface.along[1])
+        turn = pin.rpy.rpyToMatrix(0.0, 0.0, surface.heading)
+        middle = np.append(0.5 * (first + last) * surface.along, 0.0)
+        heights, place = np.stack([row, row]), pin.SE3(turn, middle)
+    _require_points(scene, heights.size)
+    return heights, half, place
+
+
+def _require_points(scene: Scene, points: int) -> None:
+    """Refuse a field that would make a file of tens of megabytes."""
+    if points > MOST_POINTS:
+        allowed = f"a ground of at most {MOST_POINTS} heights in MJCF, not {points}"
+        raise ParameterError("Scene.terrain", scene.terrain.kind, allowed)

@@ -294,7 +294,7 @@ def _decoded(data: bytes, source: str, max_bytes: int) -> tuple[str, tuple[str, 
 
 def _from_declaration(text: str) -> tuple[str, tuple[str, ...]]:
     """Drop blanks and comments before the XML declaration."""
-    before = re.match(r"(?:\s|<!--.*?-->)+(?=<\?xml\s)", text, re.S)
+    before = re.match(r"(?:\s|<!--(?:(?!-->).)*-->)+(?=<\?xml\s)", text, re.S)
     if before is None:
         return text, ()
     return text[before.end() :], (f"{before.end()} characters before the XML declaration",)

@@ -10,7 +10,6 @@ import os
 import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -51,7 +50,8 @@ def compiled_mjcf(path: str | Path) -> tuple[Any, Any]:
     """Return the specification and the model that MuJoCo makes of an MJCF file; raises as above."""
     if find_spec("mujoco") is None:
         raise MissingPackageError("mujoco", "mujoco", f"{path}: an MJCF file")
-    mujoco = import_module("mujoco")
+    import mujoco
+
     try:
         with _no_log(mujoco):
             spec = mujoco.MjSpec.from_file(os.path.abspath(path))
@@ -76,7 +76,9 @@ class _Robot:
     """The tree of links below a body of a compiled model."""
 
     def __init__(self, source: str, spec: Any, model: Any) -> None:
-        self.mujoco = import_module("mujoco")
+        import mujoco
+
+        self.mujoco: Any = mujoco
         self.source, self.spec, self.model = source, spec, model
         self.root = ET.Element("robot", name=spec.modelname or Path(source).stem)
         self.notes: list[str] = []
@@ -367,7 +369,9 @@ class _Robot:
 
 def actuators_of(model: Any, joint: int) -> list[int]:
     """Return the actuators of a compiled model that drive a joint."""
-    kinds = import_module("mujoco").mjtTrn
+    import mujoco
+
+    kinds = mujoco.mjtTrn
     on_joint = (kinds.mjTRN_JOINT, kinds.mjTRN_JOINTINPARENT)
     return [
         one
@@ -378,7 +382,7 @@ def actuators_of(model: Any, joint: int) -> list[int]:
 
 def _matrix(quaternion: Array) -> Array:
     """Return the rotation (3, 3) of a quaternion w, x, y, z."""
-    return rotations(quaternion[None, [1, 2, 3, 0]])[0]
+    return np.asarray(rotations(quaternion[None, [1, 2, 3, 0]])[0])
 
 
 def _names_foot(label: str) -> bool:
@@ -386,7 +390,7 @@ def _names_foot(label: str) -> bool:
 
 
 def _origin(parent: ET.Element, place: Sequence[float] | Array, turn: Array) -> None:
-    xyz, rpy = numbers(np.asarray(place)), numbers(roll_pitch_yaw(turn))
+    xyz, rpy = numbers(list(place)), numbers(roll_pitch_yaw(turn).tolist())
     ET.SubElement(parent, "origin", xyz=xyz, rpy=rpy)
 
 

@@ -57,7 +57,7 @@ def run_checks(
 
 def mujoco_terms() -> float:
     """Return the largest difference of M and h at random states, over their largest entries."""
-    import mujoco  # type: ignore[import-untyped]
+    import mujoco
 
     model = rigid_robot("kharagpur")
     spec = mujoco.MjSpec.from_string(model.robot.urdf)
