@@ -86,8 +86,8 @@ def test_names_and_commands_exist(page: Path) -> None:
 
 @pytest.mark.parametrize(
     "page",
-    """cases.md closed_loop.md compare.md contact_laws.md drive.md foot_control.md learning.md
-    loads.md motors.md robots.md stability.md sweeps.md terrain.md uncertainty.md verdict.md
+    """cases.md closed_loop.md compare.md contact_laws.md drive.md foot_control.md interchange.md
+    learning.md loads.md motors.md robots.md stability.md sweeps.md terrain.md uncertainty.md verdict.md
     walking.md""".split(),
 )
 def test_the_code_of_a_page_runs(page, tmp_path, monkeypatch):

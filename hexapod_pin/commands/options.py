@@ -31,7 +31,7 @@ OptionalPaths = Optional[list[Path]]  # noqa: UP045
 OptionalTexts = Optional[list[str]]  # noqa: UP045
 
 RobotName = Annotated[
-    str, typer.Argument(help="kharagpur, athena, or the path of a URDF or xacro file.")
+    str, typer.Argument(help="kharagpur, athena, or the path of a URDF, xacro or MJCF file.")
 ]
 PackagePath = Annotated[
     OptionalPaths,

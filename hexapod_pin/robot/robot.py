@@ -223,14 +223,15 @@ def load_robot(
     package_path: Sequence[str | Path] = (),
     options: LoadOptions | None = None,
 ) -> Robot:
-    """Load a robot: "kharagpur", "athena", one of an installed package, or any URDF or xacro file.
+    """Load a robot: a packaged one, one of an installed package, or a URDF, xacro or MJCF file.
 
     What the file does not state is inferred from its geometry and reported in `Robot.inferred`.
     Every argument goes before what is inferred, and before the hints file beside the URDF.
 
     Args:
-        source: name of a packaged robot, or of one that an installed package adds, or path of a
-            URDF or xacro file.
+        source: name of a packaged robot ("kharagpur", "athena"), or of one that an installed
+            package adds; or path of a URDF or xacro file, or of an MJCF file, which MuJoCo reads
+            (the extra `mujoco`).
         feet: names of the foot links; needed for robots that are no hexapods.
         foot_radius: radius of all foot spheres [m]; None takes it from each foot's shape.
         posture: standing angles [rad], in joint order or by name; None takes the file's own
@@ -247,6 +248,7 @@ def load_robot(
         UnknownNameError: no such robot, foot link or joint.
         UrdfError: the file cannot be used; all findings at once, each naming its link or joint.
         ParameterError: an argument or a hint out of range.
+        MissingPackageError: an MJCF file, and MuJoCo is not installed.
 
     Example:
         >>> robot = load_robot("kharagpur")
