@@ -6,6 +6,7 @@ import gc
 import os
 import time
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -117,8 +118,7 @@ def _many(steps: int, **how: Any) -> Walk:
 
 
 def _mujoco(steps: int, settings: MujocoSettings) -> Walk:
-    from mujoco import mj_step
-
+    mj_step = import_module("mujoco").mj_step
     robot = hp.load_robot("kharagpur")
     scene = hp.Scene(robot, contact=hp.Contact.accurate().with_mu(0.7))
     twin = MujocoTwin(scene, settings)
