@@ -83,6 +83,7 @@ ARGUMENTS = {
     "walk": ["none.urdf"], "run": ["none.toml"], "compare": ["none.toml"], "sweep": ["none.toml"],
     "view": ["none.nc"], "budget": ["none.nc"], "select": ["none.urdf"], "stability": ["none.nc"],
     "check": ["none.urdf"], "repair": ["none.urdf", "-o", "new.urdf"], "bench": ["none.urdf"],
+    "export": ["none.urdf", "new.xml"],
 }  # fmt: skip
 COMPUTING = {"contact", "verify"}
 """These read no file; `verify` has a bar from its first check."""

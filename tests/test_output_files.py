@@ -70,6 +70,7 @@ OVERWRITING = [
     ("run", "c.toml", "--out", "same.nc", "--html", "same.nc"),
     ("compare", "c.json", "c.toml", "--json", "c.json"),
     ("repair", "r.urdf", "-o", "r.urdf"),
+    ("export", "r.urdf", "r.urdf"),
     ("sweep", "s.toml", "--store", "s.toml"),
     ("select", "kharagpur", "m.toml", "--no-html", "--csv", "m.csv"),
 ]
@@ -90,6 +91,7 @@ OUTPUTS = {
     "walk --save-case": ("walk", "kharagpur", *WALK, "--no-html", "--save-case", "x.toml"),
     "run --out": ("run", "c.toml", "--no-html", "--out", "x.csv"),
     "repair": ("repair", "r.urdf", "-o", "x.urdf"),
+    "export": ("export", "--gait", "none", "kharagpur", "x.xml"),
     "contact": ("contact", "s1", "--out", "x.png"),
     "sweep --store": ("sweep", "s.toml", "--store", "x.db"),
     "sweep --out": ("sweep", "s.toml", "--out", "x.nc"),
