@@ -202,7 +202,8 @@ def test_options_of_the_command_are_the_study_s(run, tmp_path):
 BAD = {
     'motors.voltage = "12"': "motors.voltage", "motors.voltage = -1.0": "motors.voltage",
     "motors.volts = 12.0": "motors.volts", 'motors.models = ["AX-12"]': "AX-12",
-    'motors.makers = ["Nobody"]': "Nobody", 'motors.buses = ["I2C"]': "I2C", "motors.voltage = 13.37": "13.37",
+    'motors.makers = ["Nobody"]': "Nobody", 'motors.buses = ["I2C"]': "I2C",
+    "motors.voltage = 13.37": "13.37",
     "motors.motor_mass = -0.1": "motors.motor_mass",
     'motors.catalog = "nowhere.csv"': "nowhere.csv", "derating.peak = 1.5": "derating.peak",
     "derating.peek = 0.5": "derating.peek", "derating.voltage = 0.0": "derating.voltage",

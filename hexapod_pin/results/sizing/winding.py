@@ -66,7 +66,7 @@ class Winding:
 
     def of(self, joints: Array) -> Winding:
         """Return the constants of some of the joints, of arrays of all."""
-        return Winding(*(np.atleast_1d(x)[joints] for x in self._arrays()))  # type: ignore[arg-type]
+        return Winding(*(np.atleast_1d(x)[joints] for x in self._arrays()))
 
     def _arrays(self) -> tuple[Array, ...]:
         shape = np.shape(self.resistance) or (1,)
@@ -128,7 +128,7 @@ class Winding:
 
     def allowed_square(self, hottest: float, ambient: float = 25.0) -> float:
         """Return the lasting mean square of the current at which the winding is that hot [A^2]."""
-        loss = np.maximum(hottest - ambient, 0.0) / (self.to_housing + self.to_ambient)
+        loss: float = np.maximum(hottest - ambient, 0.0) / (self.to_housing + self.to_ambient)
         return loss / self.loss_per_square(hottest, ambient + self.to_ambient * loss)
 
     def loss_per_square(self, winding: float, housing: float) -> float:
@@ -265,7 +265,7 @@ def thermal_of(motors: Motors) -> Thermal:
             else (ohm[j], *assumed_constants(masses[j], factor))
             for j, w in enumerate(known)
         ]
-        return Winding(*np.array(rows).T, magnet=MAGNET)
+        return Winding(*np.array(rows).T, COPPER, MAGNET)
 
     limits = [
         np.nan if row.winding_temperature_max is None and w is not None
@@ -302,7 +302,7 @@ def winding_of(row: MotorRecord) -> Winding | None:
         row.thermal_time_winding, row.thermal_time_housing,
     )  # fmt: skip
     known = [value for value in found if value is not None]
-    return Winding(*known, magnet=MAGNET) if len(known) == len(found) else None
+    return Winding(*known, COPPER, MAGNET) if len(known) == len(found) else None
 
 
 def thermal_constant(row: MotorRecord) -> float | None:

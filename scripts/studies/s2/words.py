@@ -87,8 +87,9 @@ motor with that stall torque, beside the lightest that passes the [motor budget]
 below the derated torque-speed line, RMS torque (heat) and rest below the continuous torque, and
 speed. Numbers are need over what is permitted, of the worst joint; a motor carries the walk where
 all are 1 or less. The robot keeps the mass of its file, and the motion is prescribed. Thermal
-constants of these servos are not published, so heat is judged by the RMS torque; doubtful: constants
-assumed by mass allow it at one end of their spread. Motors with uncertain numbers are left out.
+constants of these servos are not published, so heat is judged by the RMS torque; doubtful:
+constants assumed by mass permit it at one end of their spread. Motors with uncertain numbers are
+left out.
 """
 
 FINDINGS = """

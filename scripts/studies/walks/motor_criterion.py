@@ -200,7 +200,7 @@ def _changed(part: Part, found: Verdicts, last: Verdicts) -> str:
 
 def _hour(name: str, demand: JointDemand) -> list[tuple[str, ...]]:
     """Return what an hour does to two motors with a stall current, one of them identified."""
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for model in ("STS3215-C018", "MX-64"):
         record = load_catalog().get(model, 12.0)
         try:
