@@ -11,7 +11,7 @@ the housing's temperature by b, and the current grows so that the torque stays.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -265,7 +265,7 @@ def thermal_of(motors: Motors) -> Thermal:
             else (ohm[j], *assumed_constants(masses[j], factor))
             for j, w in enumerate(known)
         ]
-        return Winding(*np.array(rows).T, COPPER, MAGNET)
+        return replace(Winding(*np.array(rows).T), magnet=MAGNET)
 
     limits = [
         np.nan if row.winding_temperature_max is None and w is not None
@@ -302,7 +302,7 @@ def winding_of(row: MotorRecord) -> Winding | None:
         row.thermal_time_winding, row.thermal_time_housing,
     )  # fmt: skip
     known = [value for value in found if value is not None]
-    return Winding(*known, COPPER, MAGNET) if len(known) == len(found) else None
+    return replace(Winding(*known), magnet=MAGNET) if len(known) == len(found) else None
 
 
 def thermal_constant(row: MotorRecord) -> float | None:
