@@ -118,6 +118,10 @@ def test_a_pack_sags_by_the_current_of_all_motors_together() -> None:
     assert row.peak_use == pytest.approx(0.8 / (2.0 * (volts / 12.0 - 0.5)))
     assert row.speed_use == pytest.approx(4.0 / (8.0 * volts / 12.0))
     assert "lowest voltage at the motors" in budget.table()
+    assert (
+        load.sag_line == f"battery: {volts:.3g} V at least of 12 V, {(12 - volts) / 1.5:.3g} A "
+        "through 1.5 ohm"
+    )
     stiff = hp.motor_budget(found, record(), full())
     assert stiff.passes and stiff.battery.voltage_least == pytest.approx(12.0)
     assert not budget.passes and "internal resistance" not in stiff.table()

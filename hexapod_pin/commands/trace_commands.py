@@ -21,6 +21,7 @@ from hexapod_pin.commands.options import (
     import_code,
 )
 from hexapod_pin.commands.terminal import announce, echo
+from hexapod_pin.errors import ParameterError
 
 if TYPE_CHECKING:
     from hexapod_pin.commands.case_report import Shown
@@ -51,6 +52,10 @@ def budget(
     voltage: Annotated[
         OptionalFloat, typer.Option(help="Of the battery [V]: only rows of that voltage.")
     ] = None,
+    pack_resistance: Annotated[
+        OptionalFloat,
+        typer.Option(help="With --motor: internal resistance of the battery [ohm]; it sags."),
+    ] = None,
     code: ImportCode = None,
 ) -> None:
     """Print the torque budget of a trace."""
@@ -66,7 +71,9 @@ def budget(
     run, rows = load_trace(trace), load_catalog(catalog_file)
     record = None if motor is None else rows.get(motor, voltage)
     shown = Shown(full, joints, assumed, json, verdict, threads=threads)
-    answer = walk_answer(run, record, voltage=voltage)
+    if pack_resistance is not None and record is None:
+        raise ParameterError("--pack-resistance", pack_resistance, "given with --motor")
+    answer = walk_answer(run, record, voltage=voltage, pack_resistance=pack_resistance or 0.0)
     judged = verdict_on_peaks(run, threads) if verdict else None
     ranking = None
     if record is None and (catalog or catalog_file is not None or voltage is not None):

@@ -130,6 +130,7 @@ class WalkAnswer(Immutable):
         motor = self.motor
         assert motor is not None
         heat = folded(motor.hour.line) if motor.hour.decides else []
+        heat += [line for line in [motor.battery.sag_line] if line]
         if motor.passes:
             word = "passes, but is doubtful" if motor.robot.doubtful else "passes"
             use = f"{motor.robot.deciding_use:.2g}"
@@ -162,8 +163,9 @@ class WalkAnswer(Immutable):
 
 @checked
 def walk_answer(
-    trace: Trace, record: MotorRecord | None = None, *, voltage: float | None = None
-) -> WalkAnswer:
+    trace: Trace, record: MotorRecord | None = None, *, voltage: float | None = None,
+    pack_resistance: float = 0.0,
+) -> WalkAnswer:  # fmt: skip
     r"""Return what a user decides by: whether a robot walks, what it needs, what carries it.
 
     Args:
@@ -171,6 +173,7 @@ def walk_answer(
         record: a motor to judge for all joints: that of the run, or one thought of.
         voltage: of the battery, for the lightest motors that pass [V]; None: that of `record`,
             else 12 V, *assumed*.
+        pack_resistance: of the battery [ohm], see `motor_budget`; of `record` alone.
 
     Example:
         >>> answer = walk_answer(trace)
@@ -189,12 +192,12 @@ def walk_answer(
             )
     motor, lightest = None, dict[str, LightestMotor | None]()
     if budget is not None:
-        motor, lightest = _motors(trace, record, supply)
+        motor, lightest = _motors(trace, record, supply, pack_resistance)
     return WalkAnswer(verdict, budget, too_short, _margin(trace), motor, lightest, supply)
 
 
 def _motors(
-    trace: Trace, record: MotorRecord | None, voltage: float
+    trace: Trace, record: MotorRecord | None, voltage: float, pack_resistance: float
 ) -> tuple[MotorBudget | None, dict[str, LightestMotor | None]]:
     """Return how a motor fares, and the lightest ones that pass; nothing of an unknown robot."""
     from hexapod_pin.drive.catalog import load_catalog
@@ -205,7 +208,9 @@ def _motors(
         if record is not None:
             raise
         return None, {}
-    own = None if record is None else motor_budget(demand, record)
+    own = None
+    if record is not None:
+        own = motor_budget(demand, record, pack_resistance=pack_resistance)
     rows = [row for row in load_catalog() if row.voltage == voltage]
     return own, lightest_motors(demand, rows)
 

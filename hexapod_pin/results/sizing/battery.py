@@ -65,6 +65,17 @@ class BatteryLoad(Immutable):
     voltage_mean: float | None = None
     overloaded_share: float | None = None
 
+    @property
+    def sag_line(self) -> str:
+        """How far a pack with an internal resistance sags, in one line; empty without one."""
+        if not self.pack_resistance or self.voltage_least is None:
+            return ""
+        line = (
+            f"battery: {self.voltage_least:.3g} V at least of {self.voltage:.3g} V, "
+            f"{self.current_peak:.3g} A through {self.pack_resistance:g} ohm"
+        )
+        return f"{line}: more than it can give" if self.overloaded_share else line
+
     def run_time(self, energy: float) -> float | None:
         """Return how long a battery lasts, nothing given back [s]; None where that is unknown.
 
