@@ -327,10 +327,12 @@ def selection_answer(selection: MotorSelection) -> list[str]:
     lines += [title, *Table("", head, rows, "<>", rule=False).lines()]
     if s.confidence is not None:
         lines += folded(s.confidence.sentence)
-    lines += [line for text in s.best.mixed for line in folded(text)] if s.choice else []
+    mixed = s.choice.mixed if s.choice is not None else ()
+    lines += [line for text in mixed for line in folded(text)]
+    others = [note for note in s.notes if note not in mixed]
     notes = [f"{len(s.assumed)} assumed", f"{len(s.unusable)} motors not compared"]
     kept = [note for note, parts in zip(notes, (s.assumed, s.unusable), strict=True) if parts]
-    lines += folded("; ".join([*s.notes[:1], *kept, "--full has everything, --json, --csv all"]))
+    lines += folded("; ".join([*others[:1], *kept, "--full has everything, --json, --csv all"]))
     return lines
 
 
