@@ -1,8 +1,12 @@
 """Drop the robot: peak forces and torques of a landing, and what becomes of its energy.
 
 Prints touch-down, peaks and the energy balance. A peak after an impact depends on contact stiffness
-and sampling: repeat with other numbers before sizing a part by it.
+and sampling: repeat with other numbers before sizing a part by it. Writes `drop_test.html`, the
+playback.
 """
+
+import sys
+from pathlib import Path
 
 import numpy as np
 
@@ -12,7 +16,7 @@ HEIGHT = 0.05  # m, feet above the ground
 DURATION = 1.5  # s
 
 
-def main() -> hp.Trace:
+def main(folder: Path = Path()) -> hp.Trace:
     """Return the trace of the fall and the landing."""
     robot = hp.load_robot("athena")
     standing = robot.stand()
@@ -36,8 +40,9 @@ def main() -> hp.Trace:
     for name in ("servo_work", "joint_damping_loss", "normal_loss", "friction_loss"):
         print(f"{name:20} {trace.energy[name][-1]:9.4f} J")
     print(f"{'energy residual':20} {trace.energy_residual[-1]:9.1e} J")
+    hp.view.write_html(trace, folder / "drop_test.html")
     return trace
 
 
 if __name__ == "__main__":
-    main()
+    main(Path(*sys.argv[1:2]))

@@ -3,7 +3,11 @@
 The robot walks down a step that its plan does not know. A foot that should stand and does not carry
 is lowered, and lands as much lower from then on; what all feet are lowered by is taken back slowly,
 which lowers the trunk. Prints how far the trunk leans, with and without the reaction.
+Writes `foot_finds_no_ground.html`, the playback of both.
 """
+
+import sys
+from pathlib import Path
 
 import numpy as np
 
@@ -40,21 +44,22 @@ class Reaching:
         return hp.feedback.Command(self.plan.joint_angles(feet), ramp=True), down
 
 
-def main() -> dict[str, float]:
+def main(folder: Path = Path()) -> dict[str, float]:
     """Return the largest tilt of the trunk, for each control [rad]."""
     robot = hp.load_robot("kharagpur")
     scene = hp.Scene(robot, terrain=GROUND)
     controls = {"plan alone": hp.KinematicControl(GAIT), "reaching": Reaching(robot, GAIT)}
-    tilt = {}
+    tilt, traces = {}, {}
     for name, control in controls.items():
-        trace = hp.simulate(scene, control, duration=DURATION, accuracy=1e-3)
+        trace = traces[name] = hp.simulate(scene, control, duration=DURATION, accuracy=1e-3)
         x, y, z, w = trace.q[:, 3:7].T
         lean = np.arccos(np.clip(1.0 - 2.0 * (x**2 + y**2), -1.0, 1.0))
         tilt[name] = float(lean.max())
         went = trace.q[-1, 0]
         print(f"{name}: leans up to {np.degrees(tilt[name]):.2f} degrees, went {went:.2f} m")
+    hp.view.write_side_by_side(traces, folder / "foot_finds_no_ground.html")
     return tilt
 
 
 if __name__ == "__main__":
-    main()
+    main(Path(*sys.argv[1:2]))

@@ -3,7 +3,7 @@
 Forces act on the robot, in world axes; a sample is the mean over the interval that ends there.
 Ratios of forces need a tighter accuracy than positions do. Prints mean and peak normal force and
 the largest friction used per foot, and the mean vertical sum beside the weight. Writes
-`foot_forces.csv`.
+`foot_forces.csv` and `foot_forces.png`.
 """
 
 import sys
@@ -39,6 +39,7 @@ def main(folder: Path = Path()) -> tuple[float, float]:
     columns = np.column_stack([trace.time[steady], normal])
     head = ",".join(["time [s]", *(f"{foot} [N]" for foot in trace.foot_names)])
     np.savetxt(folder / "foot_forces.csv", columns, delimiter=",", header=head, comments="")
+    trace.plot.foot_forces().savefig(folder / "foot_forces.png", dpi=100)
     return carried, weight
 
 

@@ -2,8 +2,12 @@
 
 The robot walks onto a ramp. A plan alone leans with the ground; here every tick reads the plan, and
 the feet of the side that hangs lower are put down until the trunk is level. Prints how far the
-trunk leans in the end, with and without the correction.
+trunk leans in the end, with and without the correction. Writes
+`gait_with_correction.png`.
 """
+
+import sys
+from pathlib import Path
 
 import numpy as np
 
@@ -38,21 +42,29 @@ class LevelWalk:
         return hp.feedback.Command(self.plan.joint_angles(feet), ramp=True), tilt
 
 
-def main() -> dict[str, float]:
+def main(folder: Path = Path()) -> dict[str, float]:
     """Return how far the trunk's axis leans from upright at the end, for each control [rad]."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7, 4), layout="constrained")
+    axes = figure.subplots()
     robot = hp.load_robot("kharagpur")
     scene = hp.Scene(robot, terrain=GROUND)
     controls = {"plan alone": hp.KinematicControl(GAIT), "corrected": LevelWalk(robot, GAIT)}
     lean = {}
     for name, control in controls.items():
         trace = hp.simulate(scene, control, duration=DURATION, accuracy=1e-3)
-        last = trace.time > DURATION - GAIT.cycle_time
-        x, y, z, w = trace.q[last, 3:7].T
+        x, y, z, w = trace.q[:, 3:7].T
         upright = 1.0 - 2.0 * (x**2 + y**2)  # z component of the trunk's z axis
-        lean[name] = float(np.arccos(np.clip(upright, -1.0, 1.0)).mean())
+        angle = np.arccos(np.clip(upright, -1.0, 1.0))
+        lean[name] = float(angle[trace.time > DURATION - GAIT.cycle_time].mean())
+        axes.plot(trace.time, np.degrees(angle), label=name)
         print(f"{name}: leans {np.degrees(lean[name]):.2f} degrees, went {trace.q[-1, 0]:.2f} m")
+    axes.set(xlabel="time [s]", ylabel="trunk leans by [degrees]")
+    axes.legend()
+    figure.savefig(folder / "gait_with_correction.png", dpi=120)
     return lean
 
 
 if __name__ == "__main__":
-    main()
+    main(Path(*sys.argv[1:2]))

@@ -2,7 +2,11 @@
 
 Prints the laws' numbers, and how deep the feet of the standing robot press into the ground beside
 Hertz' closed form d = (N/K)^(2/3). The law damps slow motion strongly: settling takes seconds.
+Writes `own_contact_parameters.png`: an impact, restitution, friction.
 """
+
+import sys
+from pathlib import Path
 
 import numpy as np
 
@@ -11,7 +15,7 @@ import hexapod_pin as hp
 DURATION = 20.0  # s, long enough to come to rest
 
 
-def main() -> tuple[np.ndarray, np.ndarray]:
+def main(folder: Path = Path()) -> tuple[np.ndarray, np.ndarray]:
     """Return the depths of the feet [m], simulated and from the closed form. Shape (6,) each."""
     robot = hp.load_robot("kharagpur")
     radius = robot.feet[0].radius  # m
@@ -23,6 +27,8 @@ def main() -> tuple[np.ndarray, np.ndarray]:
     print(f"K = {normal.stiffness:.4g} N/m^1.5, restitution {normal.restitution}")
     print(f"a foot slips above {friction.limit} of its normal force")
 
+    path = folder / "own_contact_parameters.png"
+    hp.view.write_figure(contact, path, mass=robot.total_mass / 6, speed=0.2)  # kg, m/s
     scene = hp.Scene(robot, contact=contact)
     trace = hp.simulate(scene, hp.HoldPosture(), duration=DURATION, sample=0.1)
     depth, force = -trace.foot_gap[-1], trace.normal_force[-1]
@@ -33,4 +39,4 @@ def main() -> tuple[np.ndarray, np.ndarray]:
 
 
 if __name__ == "__main__":
-    main()
+    main(Path(*sys.argv[1:2]))

@@ -1,8 +1,11 @@
 """Drive the joints with set-points of your own: the body goes up and down on planted feet.
 
 The set-points come at 50 Hz, each held until the next (`SampledTrajectory`). Prints the commanded
-and the reached height of the trunk.
+and the reached height of the trunk. Writes `own_controller.png`.
 """
+
+import sys
+from pathlib import Path
 
 import numpy as np
 
@@ -27,7 +30,7 @@ def set_points(robot: hp.Robot, time: np.ndarray) -> np.ndarray:
     return q
 
 
-def main() -> np.ndarray:
+def main(folder: Path = Path()) -> np.ndarray:
     """Return the height of the trunk above its start [m]. Shape (T,)."""
     robot = hp.load_robot("kharagpur")
     time = np.arange(0.0, DURATION, 1.0 / RATE)
@@ -37,8 +40,23 @@ def main() -> np.ndarray:
     print(f"commanded 0 to {-1e3 * AMPLITUDE:.1f} mm")
     print(f"reached {1e3 * height.max():.2f} to {1e3 * height.min():.2f} mm")
     print(f"feet moved by {1e3 * np.ptp(trace.foot_position[..., :2], axis=0).max():.3f} mm")
+    draw(trace.time, height, folder / "own_controller.png")
     return height
 
 
+def draw(time: np.ndarray, height: np.ndarray, path: Path) -> None:
+    """Draw the commanded and the reached height."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7, 4), layout="constrained")
+    axes = figure.subplots()
+    commanded = -0.5 * AMPLITUDE * (1.0 - np.cos(2.0 * np.pi * time / PERIOD))
+    axes.plot(time, 1e3 * commanded, label="commanded")
+    axes.plot(time, 1e3 * height, label="reached")
+    axes.set(xlabel="time [s]", ylabel="height of the trunk above its start [mm]")
+    axes.legend()
+    figure.savefig(path, dpi=120)
+
+
 if __name__ == "__main__":
-    main()
+    main(Path(*sys.argv[1:2]))

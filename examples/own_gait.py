@@ -1,8 +1,12 @@
 """Walk a gait of your own table: placements as fractions of the cycle, legs lf lm lr rf rm rr.
 
 Here one leg after the other swings, down the left side from front to rear, then down the right.
-Prints the schedule, why a smaller duty is refused, and how far the robot walks.
+Prints the schedule, why a smaller duty is refused, and how far the robot walks. Writes
+`own_gait.html`, the playback with its gait diagram.
 """
+
+import sys
+from pathlib import Path
 
 import numpy as np
 
@@ -13,7 +17,7 @@ CYCLE_TIME = 2.4  # s
 DURATION = 9.6  # s
 
 
-def main() -> hp.results.TorqueBudget:
+def main(folder: Path = Path()) -> hp.results.TorqueBudget:
     """Return the torque budget of the walk."""
     gait = hp.Gait.custom(PHASES, 5 / 6, name="front-to-rear", stroke=0.1, cycle_time=CYCLE_TIME)
     down = gait.feet_down(np.arange(24) / 24)
@@ -29,8 +33,9 @@ def main() -> hp.results.TorqueBudget:
     trace = hp.simulate(scene, hp.KinematicControl(gait), duration=DURATION)
     budget = hp.torque_budget(trace)
     print(f"walked at {budget.measured_speed:.4f} m/s")
+    hp.view.write_html(trace, folder / "own_gait.html")
     return budget
 
 
 if __name__ == "__main__":
-    main()
+    main(Path(*sys.argv[1:2]))

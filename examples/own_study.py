@@ -1,7 +1,8 @@
 """A study of your own: the steepest slope that a walk climbs, by bisection.
 
-Prints the slope and the largest torque on it. `python examples/own_study.py slopes.db` keeps every
-finished walk and goes on after a crash; `scheduler="tcp://..."` would run it on a Dask cluster.
+Prints the slope and the largest torque on it, and writes `own_study.html`, the walk up that slope.
+`python examples/own_study.py . slopes.db` keeps every finished walk and goes on after a crash;
+`scheduler="tcp://..."` would run it on a Dask cluster.
 """
 
 import math
@@ -44,14 +45,18 @@ def steepest(run: Runner, robot: hp.Robot, walk: hp.KinematicControl) -> tuple[f
     return low, torque
 
 
-def main(store: Path | None = None) -> tuple[float, float]:
+def main(folder: Path = Path(), store: Path | None = None) -> tuple[float, float]:
     """Print and return the steepest slope [rad] and the largest torque on it [N m]."""
+    robot = hp.load_robot("kharagpur")
     walk = hp.KinematicControl(hp.Gait.tripod(stroke=0.08, cycle_time=0.4))
     how = {"store": store, "resume": store is not None}
-    angle, torque = run_study(steepest, hp.load_robot("kharagpur"), walk, **how)
+    angle, torque = run_study(steepest, robot, walk, **how)
     print(f"climbs {math.degrees(angle):.2f} degrees with at most {torque:.3g} N m")
+    scene = hp.Scene(robot, terrain=hp.Slope(angle=angle))
+    trace = hp.simulate(scene, walk, duration=1.6, accuracy=1e-3)
+    hp.view.write_html(trace, folder / "own_study.html")
     return angle, torque
 
 
 if __name__ == "__main__":
-    main(*map(Path, sys.argv[1:2]))
+    main(*map(Path, sys.argv[1:3]))

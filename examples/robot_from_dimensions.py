@@ -1,7 +1,7 @@
 """Describe a hexapod by its dimensions and masses, write its URDF, and walk it.
 
 Links are solid boxes and rods, so inertias follow from size and mass. Prints the mass and the peak
-torque per kind of joint. Writes `my_hexapod.urdf`.
+torque per kind of joint. Writes `my_hexapod.urdf` and `my_hexapod.html`, the playback.
 """
 
 import math
@@ -40,6 +40,7 @@ def main(folder: Path = Path()) -> tuple[hp.Robot, hp.results.TorqueBudget]:
     budget = hp.torque_budget(trace)
     for kind in budget.kinds:
         print(f"{kind.kind}: peak {kind.peak.torque_peak:.3f} N m ({kind.peak.joint})")
+    hp.view.write_html(trace, folder / "my_hexapod.html")
     return robot, budget
 
 

@@ -1,7 +1,7 @@
 """Sweep servo stiffness and friction in one batch, over threads.
 
-Prints speed and peak torque of every case. Writes `sweep.csv`. The bits of a case do not depend on
-the number of threads.
+Prints speed and peak torque of every case. Writes `sweep.csv` and `sweep.png`. The bits of a
+case do not depend on the number of threads.
 """
 
 import csv
@@ -45,7 +45,22 @@ def main(folder: Path = Path()) -> list[tuple[float, float, float, float]]:
     print("  ".join(head))
     for kp, mu, speed, peak in rows:
         print(f"{kp:12g} {mu:7g} {speed:12.4f} {peak:18.3f}")
+    draw(rows, folder / "sweep.png")
     return rows
+
+
+def draw(rows: list[tuple[float, float, float, float]], path: Path) -> None:
+    """Draw the peak torque over the stiffness, a curve for each friction."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7, 4), layout="constrained")
+    axes = figure.subplots()
+    for mu in FRICTIONS:
+        found = [(kp, peak) for kp, other, _, peak in rows if other == mu]
+        axes.plot(*zip(*found, strict=True), "o-", label=f"mu {mu:g}")
+    axes.set(xlabel="servo stiffness [N m/rad]", ylabel="peak torque [N m]")
+    axes.legend()
+    figure.savefig(path, dpi=120)
 
 
 if __name__ == "__main__":

@@ -1,9 +1,11 @@
 """How sure is a walk: peak torque over uncertain friction, payload and servo stiffness.
 
 Runs the study `friction_and_payload.toml` beside this file. Prints percentiles of the largest
-torque of any joint, how likely it stays below a limit, and which input decides.
+torque of any joint, how likely it stays below a limit, and which input decides. Writes
+`uncertain_walk.png`.
 """
 
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +17,7 @@ LIMIT = 1.6  # N m
 THREADS = 2
 
 
-def main() -> hp.study.Uncertainty:
+def main(folder: Path = Path()) -> hp.study.Uncertainty:
     """Return what the walks say of the peak torque."""
     study = hp.load_sweep(STUDY)
     cases = [study.case(k) for k in range(len(study))]
@@ -26,7 +28,21 @@ def main() -> hp.study.Uncertainty:
     for item in study.inputs:
         print(f"{item.name} [{item.unit}]: {item.text}")
     print(found.table())
+    draw(peaks, folder / "uncertain_walk.png")
     return found
+
+
+def draw(peaks: list[float], path: Path) -> None:
+    """Draw how many walks stay below a torque, and the limit."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7, 4), layout="constrained")
+    axes = figure.subplots()
+    axes.ecdf(peaks)
+    axes.axvline(LIMIT, color="C3", label="limit")
+    axes.set(xlabel="largest torque of any joint [N m]", ylabel="share of walks below")
+    axes.legend()
+    figure.savefig(path, dpi=120)
 
 
 def largest_torque(result: hp.Summary | hp.Trace | Exception) -> float:
@@ -39,4 +55,4 @@ def largest_torque(result: hp.Summary | hp.Trace | Exception) -> float:
 
 
 if __name__ == "__main__":
-    main()
+    main(Path(*sys.argv[1:2]))

@@ -2,9 +2,12 @@
 
 The gait is planned for level ground and does not feel the terrain: lift and stroke must leave room
 for it. Prints how far and how high the robot came, and the largest femur torque.
+Writes `walk_on_terrain.png`.
 """
 
 import math
+import sys
+from pathlib import Path
 
 import hexapod_pin as hp
 
@@ -23,7 +26,7 @@ GROUNDS = {
 }
 
 
-def main() -> dict[str, hp.Trace]:
+def main(folder: Path = Path()) -> dict[str, hp.Trace]:
     """Return one trace per ground."""
     robot = hp.load_robot("kharagpur")
     control = hp.KinematicControl(hp.Gait.tetrapod(stroke=0.12, cycle_time=1.6, lift=0.035))
@@ -35,8 +38,22 @@ def main() -> dict[str, hp.Trace]:
         peak = hp.torque_budget(trace).kind("femur").peak
         print(f"{name:8} {forward:12.3f} {up:12.3f} {peak.torque_peak:12.2f} ({peak.joint})")
         traces[name] = trace
+    draw(traces, folder / "walk_on_terrain.png")
     return traces
 
 
+def draw(traces: dict[str, hp.Trace], path: Path) -> None:
+    """Draw the paths of the centre of mass, seen from the side."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(7, 4), layout="constrained")
+    axes = figure.subplots()
+    for name, trace in traces.items():
+        axes.plot(trace.com[:, 0], trace.com[:, 2], label=name)
+    axes.set(xlabel="forward [m]", ylabel="height of the centre of mass [m]")
+    axes.legend()
+    figure.savefig(path, dpi=120)
+
+
 if __name__ == "__main__":
-    main()
+    main(Path(*sys.argv[1:2]))

@@ -56,7 +56,7 @@ def test_each_says_what_it_shows_and_is_listed_and_tested(path: Path) -> None:
 
 
 def test_load_a_robot(run) -> None:
-    robot, damaged = run("load_a_robot", ("my_robot.urdf", "damaged.urdf"))
+    robot, damaged = run("load_a_robot", ("my_robot.urdf", "damaged.urdf", "reach.png"))
     assert robot.total_mass == pytest.approx(8.25)
     assert [foot.radius for foot in robot.feet] == [0.015] * 6
     assert len(damaged.findings) == 1 and "lf_coxa" in damaged.findings[0]
@@ -73,7 +73,7 @@ def test_walk(run) -> None:
 
 def test_height_hold(run) -> None:
     """The servos give way by millimetres; the controller leaves a tenth of that."""
-    sag = run("height_hold")
+    sag = run("height_hold", ("height_hold.png",))
     for load in ("empty", "0.5 kg"):
         assert 1e-3 < sag[f"{load}, posture held"] < 4e-3
         assert abs(sag[f"{load}, height held"]) < 0.15 * sag[f"{load}, posture held"]
@@ -82,18 +82,18 @@ def test_height_hold(run) -> None:
 
 def test_gait_with_correction(run) -> None:
     """A plan alone leans with the ramp, 0.08 rad; what the controller leaves is a tenth at most."""
-    lean = run("gait_with_correction")
+    lean = run("gait_with_correction", ("gait_with_correction.png",))
     assert lean["plan alone"] == pytest.approx(0.08, rel=0.05)
     assert lean["corrected"] < 0.1 * lean["plan alone"]
 
 
 def test_foot_finds_no_ground(run) -> None:
-    tilt = run("foot_finds_no_ground")
+    tilt = run("foot_finds_no_ground", ("foot_finds_no_ground.html",))
     assert tilt["reaching"] < 0.6 * tilt["plan alone"]
 
 
 def test_walk_on_terrain(run) -> None:
-    traces = run("walk_on_terrain")
+    traces = run("walk_on_terrain", ("walk_on_terrain.png",))
     way = {name: trace.com[-1] - trace.com[0] for name, trace in traces.items()}
     assert abs(way["level"][2]) < 2e-3
     assert way["slope"][2] == pytest.approx(math.tan(math.radians(8.0)) * way["slope"][0], abs=2e-3)
@@ -102,7 +102,7 @@ def test_walk_on_terrain(run) -> None:
 
 
 def test_choose_a_gait(run) -> None:
-    budgets = run("choose_a_gait")
+    budgets = run("choose_a_gait", ("choose_a_gait.png",))
     for budget in budgets.values():
         assert budget.measured_speed == pytest.approx(0.06, rel=0.03)
     rms = {name: budget.kind("femur").rms.torque_rms for name, budget in budgets.items()}
@@ -110,20 +110,20 @@ def test_choose_a_gait(run) -> None:
 
 
 def test_own_contact_parameters(run) -> None:
-    depth, closed = run("own_contact_parameters")
+    depth, closed = run("own_contact_parameters", ("own_contact_parameters.png",))
     np.testing.assert_allclose(depth, closed, rtol=1e-3)
     assert 2e-4 < closed.mean() < 2e-3
 
 
 def test_compare_two_laws(run) -> None:
-    found = run("compare_two_laws")
+    found = run("compare_two_laws", ("compare_two_laws.png",))
     assert abs(found["accurate"][0]) < 1e-6 and found["accurate"][1] == 0.0
     assert found["s1"][0] == pytest.approx(found["s1"][1], rel=0.02)
     assert found["s2"][0] == pytest.approx(found["s2"][1], rel=0.01)
 
 
 def test_sweep_a_parameter(run) -> None:
-    rows = run("sweep_a_parameter", ("sweep.csv",))
+    rows = run("sweep_a_parameter", ("sweep.csv", "sweep.png"))
     assert len(rows) == 6
     lines = Path("out/sweep.csv").read_text().splitlines()
     assert len(lines) == 7 and lines[0].startswith("kp")
@@ -134,7 +134,7 @@ def test_sweep_a_parameter(run) -> None:
 
 @pytest.mark.slow
 def test_uncertain_walk(run, capsys: pytest.CaptureFixture[str]) -> None:
-    found = run("uncertain_walk")
+    found = run("uncertain_walk", ("uncertain_walk.png",))
     assert (found.walks, found.failed) == (32, 0)
     assert 1.2 < found.percentiles[5] < found.percentiles[50] < found.percentiles[95] < 2.0  # N m
     assert found.indices.total[0] < 0.15  # a tripod that does not slip: friction hardly matters
@@ -147,7 +147,7 @@ def test_plot_torque(run) -> None:
 
 
 def test_foot_forces(run) -> None:
-    carried, weight = run("foot_forces", ("foot_forces.csv",))
+    carried, weight = run("foot_forces", ("foot_forces.csv", "foot_forces.png"))
     assert weight == pytest.approx(3.08746 * 9.81)
     assert carried == pytest.approx(weight, rel=1e-3)
     table = np.genfromtxt("out/foot_forces.csv", delimiter=",", skip_header=1)
@@ -156,18 +156,18 @@ def test_foot_forces(run) -> None:
 
 
 def test_save_and_continue(run) -> None:
-    assert run("save_and_continue", ("first_half.nc",)) == 0.0
+    assert run("save_and_continue", ("first_half.nc", "save_and_continue.png")) == 0.0
 
 
 def test_accuracy_and_speed(run) -> None:
-    errors = run("accuracy_and_speed")
+    errors = run("accuracy_and_speed", ("accuracy_and_speed.png",))
     assert errors["accuracy 0.0001"] < 1e-4
     assert errors["accuracy 0.0001"] < 1e-4
     assert errors["accuracy 1e-06"] < 1e-5 < errors["method robust, step 0.001"]
 
 
 def test_drop_test(run) -> None:
-    trace = run("drop_test")
+    trace = run("drop_test", ("drop_test.html",))
     touch = trace.time[trace.contact.any(axis=1)][0]
     assert touch == pytest.approx(math.sqrt(2.0 * 0.05 / 9.81), abs=2e-3)
     assert trace.normal_force[-1].sum() == pytest.approx(8.25 * 9.81, rel=0.01)
@@ -175,19 +175,19 @@ def test_drop_test(run) -> None:
 
 
 def test_own_controller(run) -> None:
-    height = run("own_controller")
+    height = run("own_controller", ("own_controller.png",))
     assert height.min() == pytest.approx(-0.02, abs=1e-3)  # the servos yield
     assert height.max() < 1e-3
 
 
 def test_own_gait(run, capsys: pytest.CaptureFixture[str]) -> None:
-    budget = run("own_gait")
+    budget = run("own_gait", ("own_gait.html",))
     assert budget.measured_speed == pytest.approx(0.05, rel=0.02)
     assert "fewest feet down: 5" in capsys.readouterr().out
 
 
 def test_robot_from_dimensions(run) -> None:
-    robot, budget = run("robot_from_dimensions", ("my_hexapod.urdf",))
+    robot, budget = run("robot_from_dimensions", ("my_hexapod.urdf", "my_hexapod.html"))
     assert robot.total_mass == pytest.approx(1.2 + 6 * (0.08 + 0.10 + 0.06))
     assert budget.measured_speed == pytest.approx(0.12, rel=0.05)
 
@@ -203,7 +203,7 @@ def test_train_policy(run) -> None:
 @pytest.mark.slow
 def test_own_study(run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     """It runs, and goes on, on threads and on worker processes, with the same bits."""
-    angle, torque = run("own_study")
+    angle, torque = run("own_study", ("own_study.html",))
     assert 0.2 < angle < 0.5 and 1.0 < torque < 10.0
     monkeypatch.syspath_prepend(ROOT / "examples")
     own = importlib.import_module("own_study")
