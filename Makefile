@@ -3,6 +3,7 @@
 #   make test                      set up, run every test
 #   make sanitize                  the core under address, undefined-behaviour and thread sanitizers
 #   make fuzz                      100 000 odd inputs through every public door, 5000 as processes; under an hour
+#   make docs                      the documentation site into build/site, examples and notebooks executed
 #   make wheel                     build a wheel into dist/; wheel-smoke tries it where no compiler is
 #   make PYTHON=python3.12 CXX=clang++ walk
 
@@ -41,7 +42,7 @@ all(map(u.find_spec, ("venv", "ensurepip"))) or sys.exit("lacks venv/ensurepip: 
 os.path.exists(sysconfig.get_path("include") + "/Python.h") or sys.exit("lacks Python.h: install python3-dev")
 PROGRAM := \#include <optional>\nint main() { if constexpr (true) return *std::optional<int>(0); }\n
 
-.PHONY: walk test lint format types contracts check sanitize fuzz bench wheel wheel-smoke clean compiler FORCE
+.PHONY: walk test lint format types contracts check sanitize fuzz bench docs wheel wheel-smoke clean compiler FORCE
 
 walk: $(VENV)/.installed
 	@$(BIN)/hexapod-pin walk kharagpur --out walk.nc --html walk.html
@@ -80,6 +81,16 @@ fuzz: $(VENV)/.test
 
 bench: $(VENV)/.test
 	$(BIN)/python scripts/studies step_cost
+
+docs: build/executed/.done $(VENV)/.docs
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict --quiet
+	@echo "wrote build/site/index.html"
+
+# What examples and notebooks print and draw; they run again where one of them or the package has changed.
+build/executed/.done: $(VENV)/.docs $(wildcard examples/* notebooks/*) $(MODULES) $(NATIVE)
+	@echo "executing examples and notebooks, some minutes"
+	@$(BIN)/python scripts/documentation/execute.py build/executed
+	@touch $@
 
 wheel: $(VENV)/.build | compiler
 	@rm -f dist/hexapod_pin-*.whl
@@ -138,6 +149,11 @@ $(VENV)/.installed: $(VENV)/.build $(VENV)/.modules pyproject.toml $(NATIVE) | c
 $(VENV)/.test: $(VENV)/.installed
 	@echo "installing what the tests need"
 	@$(INSTALL) "hexapod-pin[test]"
+	@touch $@
+
+$(VENV)/.docs: $(VENV)/.test
+	@echo "installing what the documentation needs"
+	@$(INSTALL) "hexapod-pin[docs]"
 	@touch $@
 
 $(VENV)/.dev: $(VENV)/.test

@@ -9,12 +9,13 @@ from pathlib import Path
 
 import pytest
 import typer.main
+from public_surface import MODULES
 
 import hexapod_pin as hp
 from hexapod_pin.commands.app import app
 
 ROOT = Path(__file__).parents[1]
-FOLDERS = "hexapod_pin|tests|docs|scripts|examples|urdf"
+FOLDERS = "hexapod_pin|tests|docs|scripts|examples|notebooks|urdf"
 PAGES = sorted(
     page
     for pattern in ("*.md", "docs/**/*.md", "examples/*.md", "urdf/*.md")
@@ -84,15 +85,73 @@ def test_names_and_commands_exist(page: Path) -> None:
     assert set(re.findall(r"`hexapod-pin ([a-z]+)", text)) <= COMMANDS
 
 
+def blocks(page: Path) -> list[str]:
+    """Return the Python blocks of a page."""
+    return re.findall(r"```python\n(.*?)```", text_of(page), re.DOTALL)
+
+
 @pytest.mark.parametrize(
     "page",
-    """cases.md closed_loop.md compare.md contact_laws.md drive.md foot_control.md interchange.md
-    learning.md loads.md motors.md robots.md stability.md sweeps.md terrain.md uncertainty.md verdict.md
-    walking.md""".split(),
+    [
+        page
+        for page in PAGES
+        if page.parent.name == "docs" and page.stem != "extending" and blocks(page)
+    ],
+    ids=lambda page: page.stem,
 )
 def test_the_code_of_a_page_runs(page, tmp_path, monkeypatch):
-    """The blocks of a page belong together: names of one are known in the next."""
+    """The blocks of a page belong together: names of one are known in the next.
+
+    Those of `extending` are pieces of modules of the package, into which a reader puts them.
+    """
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {}
-    for block in re.findall(r"```python\n(.*?)```", text_of(ROOT / "docs" / page), re.DOTALL):
-        exec(compile(block, page, "exec"), names)
+    if page.stem == "playback":  # of any run
+        scene = hp.Scene(hp.load_robot("kharagpur"))
+        names = {"hp": hp, "trace": hp.simulate(scene, hp.HoldPosture(), duration=0.01)}
+    for block in blocks(page):
+        exec(compile(block, page.name, "exec"), names)
+
+
+PROSE = 40_000
+"""Words of the hand-written pages at most, without tables and blocks."""
+
+
+def test_the_pages_are_short() -> None:
+    """The pages that commands write are not counted; the README fits on two screens."""
+    words = 0
+    for page in (ROOT / "docs").glob("*.md"):
+        text = re.sub(r"^\s*```.*?^\s*```$", "", text_of(page), flags=re.DOTALL | re.MULTILINE)
+        words += len(re.sub(r"^\|.*$", "", text, flags=re.MULTILINE).split())
+    assert words <= PROSE
+    lines = text_of(ROOT / "README.md").splitlines()
+    assert len(lines) <= 120 and max(map(len, lines)) <= 80
+    assert (ROOT / "docs" / "walk.gif").stat().st_size < 2_000_000
+
+
+def test_the_navigation_of_the_site_names_every_page_once() -> None:
+    """Those of `docs/`, and those that its build makes of other files."""
+    text = text_of(ROOT / "mkdocs.yml").partition("\nnav:\n")[2]
+    named = re.findall(r"([\w/]+\.md)$", text, re.MULTILINE)
+    docs = ROOT / "docs"
+    pages = {page.relative_to(docs).as_posix() for page in docs.rglob("*.md")} - {"README.md"}
+    pages |= {f"notebooks/{path.stem}.md" for path in (ROOT / "notebooks").glob("*.ipynb")}
+    pages |= {f"api/{room}.md" for room in ("hp", *MODULES)}
+    pages |= {"index.md", "pages.md", "robot_descriptions.md", "contributing.md", "changelog.md"}
+    pages |= {"commands.md", "gallery/index.md"}
+    assert sorted(named) == sorted(pages)
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "notebooks").glob("*.ipynb")), ids=lambda p: p.stem)
+def test_a_notebook_runs_and_is_stored_without_outputs(path: Path, tmp_path: Path) -> None:
+    nbformat = pytest.importorskip("nbformat")
+    execute = pytest.importorskip("documentation.execute")
+    stored = nbformat.read(path, as_version=4)
+    nbformat.validate(stored)
+    code = [cell for cell in stored.cells if cell.cell_type == "code"]
+    assert all(not cell.outputs and cell.execution_count is None for cell in code)
+    done = nbformat.read(execute.run_notebook(path, tmp_path), as_version=4)
+    shown = [output for cell in done.cells for output in cell.get("outputs", ())]
+    assert all(output.get("name") != "stderr" for output in shown)
+    players = [o for o in shown if "srcdoc" in o.get("data", {}).get("text/html", "")]
+    assert players or path.stem == "motor_selection"

@@ -87,7 +87,7 @@ class HeightField(Ground):
         Args:
             z: (ny, nx) [m]; row j, column i stands at x0 + i dx, y0 + j dy.
             spacing: between points [m]; one number, or along x and along y.
-            origin: x, y of z[0, 0] [m]; None puts the middle of the field at the world's origin.
+            origin: x, y [m] of z[0, 0]; None puts the middle of the field at the world's origin.
 
         Raises:
             ParameterError: not a rectangle of at least 2 x 2 finite numbers, or steeper than 60

@@ -1,0 +1,1 @@
+"""The documentation site: `make docs` executes examples and notebooks, then builds the pages."""
