@@ -100,6 +100,7 @@ ELSEWHERE = {
     "contact_matrix": "tests/test_contact_matrix.py",
     "expected_failures": "all hard cases: an hour",
     "hc40_references": "ten minutes",
+    "moving_picture": "a minute of a browser; docs/walk.gif, whose size test_documents.py checks",
     "restitution_table": "below, as a command",
     "rewritten_robots": "tests/test_rewritten.py",
     **{f"s2_{name}": "tests/test_s2_study.py" for name in

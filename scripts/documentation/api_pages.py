@@ -46,7 +46,8 @@ def _room_page(room: str, found: Mapping[str, Any], written: dict[str, str]) -> 
         names = {n: found[f"{room}.{n}" if room else n] for n in SURFACE[room].split()}
     else:
         names = dict(_members(module))
-    parts = [f"# {shown}\n\n{inspect.getdoc(module) or ''}\n"]
+    alone = "members: false\n      show_root_heading: false\n      show_root_toc_entry: false"
+    parts = [f"# {shown}\n\n::: {module.__name__}\n    options:\n      {alone}\n"]
     elsewhere = []
     for name, item in names.items():
         inner = inspect.unwrap(item)

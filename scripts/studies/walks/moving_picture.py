@@ -28,7 +28,7 @@ OPTIONS = (
 SIZE = (960, 600)
 """Of the page [pixels]."""
 FRAMES = 24
-COLORS = 96
+COLORS = 256
 LARGEST = 2_000_000
 """Size of the file at most [bytes]."""
 
