@@ -87,7 +87,7 @@ docs: build/executed/.done $(VENV)/.docs
 	@echo "wrote build/site/index.html"
 
 # What examples and notebooks print and draw; they run again where one of them or the package has changed.
-build/executed/.done: $(VENV)/.docs $(wildcard examples/* notebooks/*) $(MODULES) $(NATIVE)
+build/executed/.done: $(VENV)/.docs $(wildcard examples/*.* notebooks/*.ipynb) $(MODULES) $(NATIVE)
 	@echo "executing examples and notebooks, some minutes"
 	@$(BIN)/python scripts/documentation/execute.py build/executed
 	@touch $@
