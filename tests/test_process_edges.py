@@ -154,6 +154,7 @@ COMMANDS = {
     "stability": ["stability", "walk.nc"],
     "check": ["check", "kharagpur"],
     "repair": ["repair", "kharagpur", "--out", "repaired.urdf"],
+    "export": ["export", "kharagpur", "x.xml"],
     "contact": ["contact", "kelvin-voigt"],
     "bench": ["bench", "stand"],
     "verify": ["verify", "--only", "gait-form"],
