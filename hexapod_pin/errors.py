@@ -256,6 +256,43 @@ class GaitError(HexapodError, ValueError):
         super().__init__(message)
 
 
+class JointRangeError(HexapodError, ValueError):
+    """A joint of a motion that is to run on a robot leaves what a joint or its servo can do.
+
+    Attributes:
+        joint: name of the joint.
+        time: when, from the start of the motion [s].
+        quantity: "angle" or "rate".
+        value: what it comes to [rad or rad/s; of sliding joints m or m/s].
+        low: least value that is allowed.
+        high: largest value that is allowed.
+    """
+
+    def __init__(
+        self,
+        joint: str,
+        time: float,
+        quantity: str,
+        value: float,
+        low: float,
+        high: float,
+        *,
+        by: str,
+        turning: bool = True,
+    ) -> None:
+        """Compose the message from its parts.
+
+        `by` is what sets the range, and the way out; `turning` is false of a joint that slides.
+        """
+        self.joint, self.time, self.quantity = joint, time, quantity
+        self.value, self.low, self.high = value, low, high
+        unit = ("rad" if turning else "m") + ("/s" if quantity == "rate" else "")
+        super().__init__(
+            f"joint {joint}, {quantity} = {value:.4f} {unit} at t = {time:.4g} s: must be from "
+            f"{low:.4f} to {high:.4f} {unit} {by}"
+        )
+
+
 class UserCodeError(HexapodError):
     """Code that a run calls has raised: a controller of yours, or the callback `progress`.
 

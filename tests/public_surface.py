@@ -63,6 +63,10 @@ SURFACE: Mapping[str, str] = {
         SweepResult SweepStudy TorqueMap TuningResult Uncertainty uncertainty WalkMetrics
         write_study
     """,
+    "interchange": """
+        BusServo McapRecording read_mcap ServoMount write_joint_trajectory write_mcap
+        write_servo_ticks
+    """,
     "results": """
         Checkpoint joint_moments JointMoments phase_torques PhaseTorques Stability TorqueBudget
         WalkVerdict

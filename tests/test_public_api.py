@@ -79,7 +79,7 @@ def test_libraries_are_loaded_where_they_are_used():
 
 
 ROOMS = """
-robot drive control simulation results study view ground ground.contact ground.terrain
+robot drive control simulation results study view interchange ground ground.contact ground.terrain
 """.split()
 
 
@@ -93,7 +93,9 @@ def test_a_room_lists_its_names(room: str):
         assert not callable(found) or (inspect.getdoc(found) or "").strip(), name
 
 
-LAZY = "robot drive control control.foot_control simulation results study study.runs".split()
+LAZY = (
+    "robot drive control control.foot_control simulation results study study.runs interchange"
+).split()
 
 
 def test_a_room_loads_a_module_when_a_name_of_it_is_used():

@@ -33,7 +33,9 @@ from hexapod_pin.errors import HexapodError, ParameterError
 from hexapod_pin.results import run_record
 from hexapod_pin.type_checks import _Unknown, type_hints
 
-ROOMS = "robot drive control scene simulation results study ground.contact ground.terrain".split()
+ROOMS = (
+    "robot drive control scene simulation results study interchange ground.contact ground.terrain"
+).split()
 
 AT_EVERY_STEP = {
     "Command()", "Measurement()", "FootControl.update", "control.SensorReader.read",

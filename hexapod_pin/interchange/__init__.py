@@ -1,4 +1,4 @@
-"""Files of other programs: MuJoCo's models."""
+"""Interchange: runs and gaits as files of other programs, and for the servos of a robot."""
 
 import lazy_loader
 

@@ -22,6 +22,7 @@ import numpy as np
 import hexapod_pin as hp
 from fuzz import material
 from fuzz.public_names import CONSTRUCTOR, PublicCall, public_classes
+from hexapod_pin.interchange.servo_ticks import SERVOS
 from hexapod_pin.results.sizing.ranking import motor_ranking
 from hexapod_pin.results.sizing.trace_demand import joint_demand
 from hexapod_pin.type_checks import type_hints
@@ -157,6 +158,10 @@ def _parts() -> list[Any]:
         hp.loads.RemovedMass(link="base_link", mass=0.01),
         hp.study.RelativeObjective({"torque_rms": 1.0}), hp.Servo.for_robot(material.robot()),
         hp.JointStops.for_robot(material.robot()), measurement,
+        hp.interchange.ServoMount(1), SERVOS["dynamixel-x"],
+        hp.interchange.read_mcap(
+            hp.interchange.write_mcap(material.trace(), material.new_file("mcap"))
+        ),
         hp.feedback.Command(q=measurement.q), material.state(), hp.foot_control.FootForceSensing(),
     ]  # fmt: skip
 
@@ -329,6 +334,10 @@ def _image() -> Path:
     return material.written("pgm", b"P5 2 2 255\n\0\1\2\3")
 
 
+def _walk_plan() -> hp.motion.WalkPlan:
+    return hp.motion.WalkPlan(material.robot(), material.control().gait)
+
+
 def _joint() -> str:
     return material.robot().joint_names[0]
 
@@ -466,6 +475,15 @@ BY_NAME: Mapping[str, Any] = {
         material.new_file("nc")
     ),
     "load_summary.path": lambda: instances(hp.Summary)[0].save(material.new_file("json")),
+    "write_mcap.path": lambda: material.new_file("mcap"),
+    "read_mcap.path": lambda: hp.interchange.write_mcap(
+        material.trace(), material.new_file("mcap")
+    ),
+    "write_joint_trajectory.path": lambda: material.new_file("yaml"),
+    "write_servo_ticks.path": lambda: material.new_file("csv"),
+    "write_joint_trajectory.source": _walk_plan,
+    "write_servo_ticks.source": _walk_plan,
+    "write_servo_ticks.servo": "dynamixel-x",
     "HeightField.from_csv.path": lambda: material.written("csv", "0,0,0\n0,0.1,0\n"),
 }
 """Sound arguments by call and parameter, or by parameter; of a function: what it returns."""
@@ -496,5 +514,7 @@ SMALL: Mapping[str, Mapping[str, Any]] = {
     "Session()": {"limits": lambda: hp.simulation.WorkLimits(evaluations=3e4), "accuracy": 1e-3},
     "joint_demand": {"postures": 2}, "HeightField.random": {"size": 1.0},
     "uncertainty": {"grid_point": 0},
+    "write_joint_trajectory": {"duration": 5.0, "rate": 50.0},
+    "write_servo_ticks": {"duration": 5.0, "rate": 50.0},
 }  # fmt: skip
 """What is always given, so that a sound call ends within a second."""

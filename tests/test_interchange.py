@@ -1,0 +1,359 @@
+"""Files of runs and gaits for other programs, read back by libraries that did not write them."""
+
+from __future__ import annotations
+
+import csv
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+from refusals import refused
+from rosbags.highlevel import AnyReader
+from synthetic import synthetic_trace
+
+import hexapod_pin as hp
+from hexapod_pin.arrays import same_bits
+from hexapod_pin.errors import (
+    JointRangeError,
+    NotRecordedError,
+    ParameterError,
+    TraceFileError,
+    UnknownNameError,
+)
+from hexapod_pin.interchange.joint_samples import joint_samples
+from hexapod_pin.interchange.mcap import SET_POINTS
+from hexapod_pin.interchange.servo_ticks import SERVOS
+from hexapod_pin.results.recorded_robot import RecordedRobot
+
+GAIT = hp.Gait.tripod(stroke=0.06, cycle_time=0.8)
+STOP = 2.64
+"""The walk stops as early as it can at this cycle time [s]."""
+
+
+@pytest.fixture(scope="module")
+def trace() -> hp.Trace:
+    """A walk that stops, so that a robot's controller takes its set-points."""
+    robot = hp.load_robot("kharagpur")
+    control = hp.KinematicControl(GAIT, stop_at=STOP)
+    return hp.simulate(hp.Scene(robot), control, duration=2.7, sample=0.01, accuracy=1e-3)
+
+
+@pytest.fixture(scope="module")
+def plan() -> hp.motion.WalkPlan:
+    return hp.motion.WalkPlan(hp.load_robot("kharagpur"), GAIT)
+
+
+@pytest.fixture(scope="module")
+def walk_file(trace: hp.Trace, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return hp.interchange.write_mcap(trace, tmp_path_factory.mktemp("mcap") / "walk.mcap")
+
+
+def messages(path: Path) -> dict[str, list[Any]]:
+    """Return the messages of a file by topic, as rosbags decodes them: time [ns] and message."""
+    found: dict[str, list[Any]] = {}
+    with AnyReader([path]) as reader:
+        for connection, time, data in reader.messages():
+            message = reader.deserialize(data, connection.msgtype)
+            found.setdefault(connection.topic, []).append((time, message))
+    return found
+
+
+def test_what_is_read_back_is_what_was_written_to_the_bit(trace: hp.Trace, walk_file: Path) -> None:
+    found = hp.interchange.read_mcap(walk_file)
+    for name in ("time", "q", "v", "torque", "q_ref", "v_ref", "com", "foot_force"):
+        assert same_bits(getattr(found, name), getattr(trace, name)), name
+    assert found.joint_names == trace.joint_names
+    assert found.foot_names == trace.foot_names
+    assert found.urdf == trace.run.robot.urdf
+    assert found.metadata["verdict"] == hp.walk_verdict(trace).line
+    again = hp.interchange.write_mcap(trace, walk_file.with_name("again.mcap"))
+    assert again.read_bytes() == walk_file.read_bytes()
+
+
+def test_another_library_reads_the_same_numbers(trace: hp.Trace, walk_file: Path) -> None:
+    found = messages(walk_file)
+    states = found["/joint_states"]
+    assert [m.name for _, m in states] == [list(trace.joint_names)] * len(trace.time)
+    assert [t for t, _ in states] == [round(t * 1e9) for t in trace.time]
+    for field, values in (("position", trace.q[:, 7:]), ("velocity", trace.v[:, 6:])):
+        assert same_bits(np.array([getattr(m, field) for _, m in states]), np.array(values))
+    assert same_bits(np.array([m.effort for _, m in states]), np.array(trace.torque))
+    assert [m.data for _, m in found["/simulation_time"]] == trace.time.tolist()
+    for k, foot in enumerate(trace.foot_names):
+        wrenches = [m.wrench.force for _, m in found[f"/foot_force/{foot}"]]
+        force = np.array([(f.x, f.y, f.z) for f in wrenches])
+        assert same_bits(force, np.array(trace.foot_force[:, k]))
+    twists = [m.twist.twist for _, m in found["/odom"]]
+    moved = [(t.linear.x, t.linear.y, t.linear.z, t.angular.x) for t in twists]
+    assert same_bits(np.array(moved), np.array(trace.v[:, :4]))
+    [(_, verdict)] = found["/verdict"]
+    assert verdict.status[0].level == 0 and verdict.status[0].message.startswith("kharagpur walks")
+
+
+def test_the_transforms_place_every_link_where_pinocchio_has_it(
+    trace: hp.Trace, walk_file: Path
+) -> None:
+    """Frames are chained by products of matrices that are built here from the quaternions."""
+    import pinocchio as pin
+
+    found = messages(walk_file)
+    model = RecordedRobot.of(trace).model
+    still = {t.child_frame_id: t for _, m in found["/tf_static"] for t in m.transforms}
+    at, message = found["/tf"][40]
+    k = int(np.argmin(np.abs(trace.time * 1e9 - at)))
+    tree = {**still, **{t.child_frame_id: t for t in message.transforms}}
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, np.array(trace.q[k]))
+
+    def place(frame: str) -> np.ndarray[Any, Any]:
+        if frame == "world":
+            return np.eye(4)
+        one = tree[frame]
+        turn, move = one.transform.rotation, one.transform.translation
+        own = np.eye(4)
+        x, y, z, w = turn.x, turn.y, turn.z, turn.w
+        own[:3, :3] = np.eye(3) + 2.0 * np.array(
+            [
+                [-y * y - z * z, x * y - z * w, x * z + y * w],
+                [x * y + z * w, -x * x - z * z, y * z - x * w],
+                [x * z - y * w, y * z + x * w, -x * x - y * y],
+            ]
+        )
+        own[:3, 3] = move.x, move.y, move.z
+        return place(one.header.frame_id) @ own
+
+    links = [(k, f.name) for k, f in enumerate(model.frames) if f.type == pin.FrameType.BODY]
+    assert len(links) >= 19
+    for number, name in links:  # 1e-12: rounding of a few products of matrices
+        assert np.allclose(place(name), data.oMf[number].homogeneous, atol=1e-12), name
+    for number, foot in enumerate(trace.foot_names):
+        there = place(f"{foot}_contact")
+        assert np.array_equal(there[:3, 3], trace.foot_position[k, number])
+        assert np.array_equal(there[:3, :3], np.eye(3))
+    arrows = found["/foot_force_arrows"][40][1].markers
+    shown = [bool(arrow.action == 0) for arrow in arrows]
+    assert shown == trace.foot_force[k].any(axis=1).tolist() and 3 <= sum(shown) <= 6
+    ends = [(a.points[1].z - a.points[0].z) for a in arrows if a.action == 0]
+    largest = np.linalg.norm(trace.foot_force, axis=2).max()
+    expected = [0.25 * f[2] / largest for f in trace.foot_force[k] if f.any()]
+    assert np.allclose(ends, expected, atol=1e-12)
+
+
+def test_groups_that_were_not_recorded_and_recordings_of_other_programs(
+    trace: hp.Trace, tmp_path: Path
+) -> None:
+    bare = hp.simulate(
+        hp.Scene(hp.load_robot("kharagpur")), hp.HoldPosture(), duration=0.02, record=["motion"]
+    )
+    found = hp.interchange.read_mcap(hp.interchange.write_mcap(bare, tmp_path / "bare.mcap"))
+    assert found.torque is None and found.foot_force is None and found.q_ref is None
+    assert same_bits(found.q, bare.q) and found.foot_names == ()
+    from hexapod_pin.interchange.ros_messages import header, write_messages
+
+    state = {"name": ["a"], "position": [0.5], "velocity": [], "effort": []}
+    sent = [
+        ("/joint_states", "sensor_msgs/JointState", t, {"header": header(t), **state})
+        for t in (1_500_000_000, 2_000_000_000)
+    ]
+    own = hp.interchange.read_mcap(write_messages(tmp_path / "own.mcap", sent))
+    assert own.time.tolist() == [1.5, 2.0] and own.joint_position.tolist() == [[0.5], [0.5]]
+    assert own.joint_velocity is None
+    with refused(ParameterError, "McapRecording.base", None):
+        _ = own.q
+
+
+def test_damaged_files_and_odd_endings_are_refused(walk_file: Path, tmp_path: Path) -> None:
+    data = walk_file.read_bytes()
+    broken = tmp_path / "broken.mcap"
+    for content in (b"", b"no", data[: len(data) // 2], data[:600] + b"\xff" * 64 + data[664:]):
+        broken.write_bytes(content)
+        with refused(TraceFileError, about=(str(broken),)):
+            hp.interchange.read_mcap(broken)
+    with refused(TraceFileError):
+        hp.interchange.read_mcap(tmp_path / "none.mcap")
+    with refused(TraceFileError):
+        hp.interchange.write_mcap(synthetic_trace(duration=1.0, sample=0.1), tmp_path / "a.bag")
+
+
+def hermite(time: np.ndarray, q: np.ndarray, v: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Return the cubics that the joint_trajectory_controller follows through points."""
+    k = np.clip(np.searchsorted(time, at, side="right") - 1, 0, len(time) - 2)
+    h = (time[k + 1] - time[k])[:, None]
+    s = (at - time[k])[:, None] / h
+    return (
+        (1 + 2 * s) * (1 - s) ** 2 * q[k]
+        + s * (1 - s) ** 2 * h * v[k]
+        + s * s * (3 - 2 * s) * q[k + 1]
+        + s * s * (s - 1) * h * v[k + 1]
+    )
+
+
+def test_a_planned_gait_as_a_trajectory(plan: hp.motion.WalkPlan, tmp_path: Path) -> None:
+    """YAML and MCAP hold the same; the controller's cubics follow the plan, and end at rest."""
+    told = {"rate": 50.0, "duration": 4.0}
+    text = hp.interchange.write_joint_trajectory(plan, tmp_path / "gait.yaml", **told)
+    data = yaml.safe_load(text.read_text())
+    assert data["joint_names"] == list(plan.robot.joint_names)
+    points = data["points"]
+    assert len(points) == 201
+    q, v = (np.array([p[key] for p in points]) for key in ("positions", "velocities"))
+    assert q.dtype == v.dtype == float
+    since = [p["time_from_start"]["sec"] + p["time_from_start"]["nanosec"] / 1e9 for p in points]
+    time = np.array(since)
+    assert np.allclose(time, 2.0 + np.arange(201) / 50.0, atol=1e-9)
+    file = hp.interchange.write_joint_trajectory(plan, tmp_path / "gait.mcap", **told)
+    [[(_, message)]] = messages(file).values()
+    assert list(message.joint_names) == data["joint_names"]
+    assert same_bits(np.array([p.positions for p in message.points]), q)
+    assert same_bits(np.array([p.velocities for p in message.points]), v)
+    stamps = [p.time_from_start.sec + p.time_from_start.nanosec / 1e9 for p in message.points]
+    assert stamps == since
+    steady = hp.KinematicControl(GAIT, stop_at=4.0).plan(plan.robot, 4.0).steady_until
+    fine = np.linspace(0.0, steady, 700)  # after that the walk prepares to stop
+    planned = plan.at(fine).q
+    followed = hermite(time - 2.0, q, v, fine)
+    assert np.abs(followed - planned).max() < 2.0 * math.pi / 4096
+    assert np.abs(q[-1] - plan.robot.posture).max() < 1e-9 and not v[-1].any()
+    assert np.abs(v).max() <= plan.robot.velocity_limit.max()
+
+
+def test_the_set_points_of_a_run_as_a_trajectory(trace: hp.Trace, tmp_path: Path) -> None:
+    path = hp.interchange.write_joint_trajectory(trace, tmp_path / "run.yml", rate=50, lead_in=0.0)
+    points = yaml.safe_load(path.read_text())["points"]
+    q = np.array([p["positions"] for p in points])
+    assert np.abs(q - trace.q_ref[::2]).max() < 1e-12
+    with refused(ParameterError, "write_joint_trajectory.rate", 5.0):
+        hp.interchange.write_joint_trajectory(trace, tmp_path / "run.yml", rate=5.0)
+    with pytest.raises(ParameterError, match="at rest") as caught:
+        hp.interchange.write_joint_trajectory(trace, tmp_path / "b.yml", duration=1.0)
+    assert "stop_at" in str(caught.value) and not (tmp_path / "b.yml").exists()
+
+
+def test_limits_hold_between_the_points_too(plan: hp.motion.WalkPlan) -> None:
+    """Against a search over 400 instants of every interval."""
+    from dataclasses import replace
+
+    samples = joint_samples(plan, 10.0, 4.0, "test")
+    samples.require_limits()
+    at = np.linspace(0.0, samples.time[-1], 400 * (len(samples.time) - 1) + 1)
+    followed = hermite(samples.time, samples.q, samples.v, at)
+    highest = followed.max(axis=0)
+    joint = int(np.argmax(highest - samples.q.max(axis=0)))  # overshoots its own points
+    between = 0.5 * (highest[joint] + samples.q[:, joint].max())
+    upper = np.array(samples.robot.upper)
+    upper[joint] = between
+    name = samples.robot.joint_names[joint]
+    with refused(JointRangeError, joint=name, quantity="angle") as caught:
+        replace(samples, robot=replace(samples.robot, upper=upper)).require_limits()
+    near = np.abs(at - caught.value.time) < 0.05
+    assert caught.value.value > between  # 1e-6: of the grid
+    assert caught.value.value == pytest.approx(followed[near, joint].max(), abs=1e-6)
+    assert not np.isclose(samples.time, caught.value.time, atol=1e-3).any()
+    rates = np.abs(np.diff(followed, axis=0) / np.diff(at)[:, None]).max(axis=0)
+    fastest = int(np.argmax(rates))
+    slow = np.array(samples.robot.velocity_limit)
+    slow[fastest] = 0.98 * rates[fastest]
+    name = samples.robot.joint_names[fastest]
+    with refused(JointRangeError, joint=name, quantity="rate", high=slow[fastest] * 1.001):
+        replace(samples, robot=replace(samples.robot, velocity_limit=slow)).require_limits()
+
+
+def table(path: Path) -> tuple[list[str], list[str], np.ndarray[Any, Any]]:
+    lines = path.read_text().splitlines()
+    notes = [line for line in lines if line.startswith("#")]
+    head, *rows = csv.reader(lines[len(notes) :])
+    return notes, head, np.array(rows, dtype=float)
+
+
+RESOLUTION = {  # of goal positions, degrees, as the makers state it
+    "dynamixel-x": 0.088, "dynamixel-mx": 0.088, "dynamixel-ax": 0.29, "dynamixel-xl320": 0.29,
+    "feetech-sts": 0.088, "lewansoul-lx16a": 0.24,
+}  # fmt: skip
+
+FASTEST = {  # of speed registers, revolutions in a minute, as the makers state it
+    "dynamixel-x": 234.27, "dynamixel-mx": 116.62, "dynamixel-ax": 114.0, "dynamixel-xl320": 114.0,
+    "feetech-sts": 49.8,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SERVOS)
+def test_servos_count_as_their_makers_say(name: str) -> None:
+    servo = SERVOS[name]
+    assert math.degrees(servo.tick) == pytest.approx(RESOLUTION[name], rel=0.02)
+    if name in FASTEST:
+        assert servo.speed_limit * 60 / (2 * math.pi) == pytest.approx(FASTEST[name], rel=0.005)
+    assert abs(servo.center - 0.5 * (servo.least + servo.most)) <= 0.5
+
+
+def test_ticks_give_the_planned_angles_back(plan: hp.motion.WalkPlan, tmp_path: Path) -> None:
+    """To half a tick, with sign and offset of each joint."""
+    mounts = {
+        "lf_coxa_joint": hp.interchange.ServoMount(11, sign=-1, offset=0.1),
+        "rr_tibia_joint": hp.interchange.ServoMount(2, offset=1.2),
+    }
+    path = hp.interchange.write_servo_ticks(
+        plan, tmp_path / "gait.csv", "feetech-sts", mounts=mounts, rate=100, duration=3.0
+    )
+    notes, head, rows = table(path)
+    assert head == ["time [s]", *(f"{name} [tick]" for name in plan.robot.joint_names)]
+    assert rows.shape == (301, 19) and rows[:, 0].tolist() == (np.arange(301) / 100).tolist()
+    planned = joint_samples(plan, 100.0, 3.0, "test").q
+    for k, name in enumerate(plan.robot.joint_names):
+        mount = mounts.get(name)
+        sign, offset = (1, 0.0) if mount is None else (mount.sign, mount.offset)
+        angle = offset + sign * (rows[:, 1 + k] - 2048) * 2 * math.pi / 4096
+        assert np.abs(angle - planned[:, k]).max() <= math.pi / 4096 * (1 + 1e-9), name
+    text = "\n".join(notes)
+    assert "lf_coxa_joint: id 11, sign -1, offset 0.1 rad\n" in text
+    assert "lf_tibia_joint: id 3, sign 1, offset 0.0 rad, assumed" in text  # 2 is taken
+    ids = [line.split("id ")[1].split(",")[0] for line in notes if ": id " in line]
+    assert len(set(ids)) == 18
+
+
+def test_a_tick_that_there_is_not_is_refused(plan: hp.motion.WalkPlan, tmp_path: Path) -> None:
+    path = tmp_path / "gait.csv"
+
+    def write(servo: Any, **more: Any) -> None:
+        hp.interchange.write_servo_ticks(plan, path, servo, duration=3.0, **more)
+
+    joint, mount = "lf_tibia_joint", hp.interchange.ServoMount
+    high = math.radians(120.12) - 0.7  # 500.5 ticks of 0.24 degrees around the offset
+    with refused(JointRangeError, joint=joint, quantity="angle", time=0.0) as caught:
+        write("lewansoul-lx16a", mounts={joint: mount(1, offset=-0.7)})
+    assert caught.value.high == pytest.approx(high)
+    start = float(plan.robot.posture[plan.robot.joint_index(joint)])
+    assert caught.value.value == pytest.approx(start, abs=1e-12)
+    slow = hp.interchange.BusServo(
+        "slow", 4096, 2 * math.pi, 2048, 0, 4095, speed_unit=0.001, speed_most=200, source="test"
+    )
+    with refused(JointRangeError, quantity="rate", high=0.2):
+        write(slow)
+    with refused(ParameterError, "write_servo_ticks.mounts[b].id", 4) as _:
+        from hexapod_pin.interchange.servo_ticks import _mounts
+
+        _mounts(("a", "b"), {"a": mount(4), "b": mount(4)})
+    with refused(UnknownNameError, kind="joint", name="knee"):
+        write("dynamixel-x", mounts={"knee": mount(1)})
+    with refused(UnknownNameError, kind="servo", name="dynamixel"):
+        write("dynamixel")
+    for odd in (0, 2, -3):
+        with refused(ParameterError, "ServoMount.sign", odd):
+            mount(1, sign=odd)
+    assert not path.exists()
+
+
+def test_a_run_without_set_points_or_robot_gives_no_motion(tmp_path: Path) -> None:
+    bare = hp.simulate(
+        hp.Scene(hp.load_robot("kharagpur")), hp.HoldPosture(), duration=0.02, record=["motion"]
+    )
+    with refused(NotRecordedError):
+        hp.interchange.write_servo_ticks(bare, tmp_path / "a.csv", "dynamixel-x")
+    unknown = synthetic_trace(duration=1.0, sample=0.1, urdf=None)
+    with refused(ParameterError, "Trace.run.robot.urdf", None):
+        hp.interchange.write_servo_ticks(unknown, tmp_path / "a.csv", "dynamixel-x")
+    found = hp.interchange.read_mcap(hp.interchange.write_mcap(unknown, tmp_path / "a.mcap"))
+    assert found.urdf is None and same_bits(found.q, unknown.q)
+    assert SET_POINTS in messages(tmp_path / "a.mcap")
