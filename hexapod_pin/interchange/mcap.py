@@ -282,7 +282,8 @@ class _Links(NamedTuple):
 
         model = RecordedRobot.of(trace).model
         bodies = [k for k, frame in enumerate(model.frames) if frame.type == pin.FrameType.BODY]
-        turned, fixed = [], []
+        turned: list[tuple[int, int]] = []
+        fixed: list[tuple[int, int]] = []
         root = bodies[0]
         for k in bodies[1:]:
             moved = False
