@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from page_data import PageData
 
@@ -72,9 +73,12 @@ def browser() -> Iterator[Any]:
         opened.close()
 
 
-def opened(browser: Any, path: Path, link: str = "", size: tuple[int, int] = (1024, 640)) -> Any:
+def opened(
+    browser: Any, path: Path, link: str = "", size: tuple[int, int] | None = (1024, 640)
+) -> Any:
     """Return a page that shows a file, still, with the addresses that it asked for."""
-    page = browser.new_page(viewport={"width": size[0], "height": size[1]})
+    viewport = {"viewport": {"width": size[0], "height": size[1]}} if size else {}
+    page = browser.new_page(**viewport)
     page.asked, page.faults = [], []
     page.on("request", lambda request: page.asked.append(request.url))
     page.on("pageerror", lambda error: page.faults.append(str(error)))
@@ -131,8 +135,12 @@ def test_values_shown_are_those_of_the_trace(page: Any, trace: Trace) -> None:
 
 
 def test_every_number_of_the_table_stands_at_its_instant(page: Any, trace: Trace) -> None:
-    """A click on the time goes there; a peak between samples is shown beside the sample."""
-    summary, rows = trace.summary, page.evaluate("playback.worst")
+    """A click on the time goes there: to the state kept of a torque's peak, which is what is shown.
+
+    Of other peaks between samples the nearest sample is shown beside the peak.
+    """
+    summary, kept, rows = trace.summary, trace.peaks, page.evaluate("playback.worst")
+    assert kept is not None
     found = page.evaluate(
         """() => [...document.querySelectorAll("#worst button")].map((button) => {
         button.click();
@@ -141,22 +149,64 @@ def test_every_number_of_the_table_stands_at_its_instant(page: Any, trace: Trace
         })"""
     )
     assert len(rows) == len(found) >= 13
+    beside = 0
     for k, (row, shown) in enumerate(zip(rows, found, strict=True)):
         state, values = shown["state"], shown["values"]
         assert state["time"] == row["time"] and state["peak"] == k
         if "joint" in row:
             assert state["joint"] == row["joint"]
-        assert abs(values["sampleTime"] - row["time"]) <= 1.01e-3
-        assert row["what"] in shown["card"]
+        assert row["what"] in shown["card"] and f"{row['time']:.4f} s" in shown["card"]
         if row["key"].endswith("torque"):
-            peak = summary.torque_peak[row["joint"]]
-            assert row["value"] == pytest.approx(abs(peak))
-            assert row["time"] == summary.torque_peak_time[row["joint"]]
-            # a sample is at most 1 ms away; the steepest torque of a walk is 20 N m/s
-            assert abs(values["torque"]) == pytest.approx(row["value"], abs=0.02)
+            j = row["joint"]
+            assert row["value"] == pytest.approx(abs(summary.torque_peak[j]))
+            assert row["time"] == values["sampleTime"] == summary.torque_peak_time[j]
+            expected = {"torque": kept.torque[j, j], "speed": kept.v[j, 6 + j],
+                        "angle": kept.q[j, 7 + j], "place": kept.q[j, :3]}  # fmt: skip
+            for name, value in expected.items():  # ten digits are written
+                assert values[name] == pytest.approx(value, rel=1e-9, abs=1e-12), name
+            normal = trace.foot_normal[0]  # level ground
+            press = np.einsum("fa,fa->f", kept.foot_force[j], normal)
+            assert values["press"] == pytest.approx(press, rel=1e-8, abs=1e-9)
+            assert "sample at" not in shown["card"]
+        else:  # of samples, or of an accepted step at most 1 ms from a sample
+            assert abs(values["sampleTime"] - row["time"]) <= 1.01e-3
+            between = abs(values["sampleTime"] - row["time"]) > 1e-6
+            assert between == ("sample at" in shown["card"])
+            beside += between
+            # half of the resolutions; between samples what 1 ms may change of forces and speeds
+            least = 0.1 * abs(row["value"]) if between else 5e-5 + 2e-3 * abs(row["value"])
+            size = abs if row["unit"] in ("rad/s", "rad") else float
+            assert size(values["row"]["shown"]) == pytest.approx(size(row["value"]), abs=least)
+    assert beside  # else the test shows nothing
     margins = hp.stability(trace)
     [margin] = [row for row in rows if row["key"] == "margin"]
     assert (margin["value"], margin["time"]) == pytest.approx(margins.least("static_margin"))
+
+
+def test_the_robot_stands_in_the_state_kept_of_a_peak(page: Any, trace: Trace) -> None:
+    """Its feet by Pinocchio's forward kinematics of that state, to single precision."""
+    assert trace.peaks is not None
+    rows = page.evaluate("playback.worst")
+    k = next(k for k, row in enumerate(rows) if row["key"] == "femur torque")
+    q = trace.peaks.q[rows[k]["joint"]]
+    model = pin.buildModelFromXML(trace.run.robot.urdf, pin.JointModelFreeFlyer())
+    order = [trace.joint_names.index(name) for name in model.names[2:]]
+    state = model.createData()
+    pin.framesForwardKinematics(model, state, np.concatenate([q[:7], q[7:][order]]))
+    expected = [state.oMf[model.getFrameId(n)].translation for n in trace.foot_names]
+    page.evaluate("(k) => { playback.jump(k); playback.draw(); }", k)
+    np.testing.assert_allclose(shown_feet(page), expected, atol=1e-6)
+
+
+def shown_feet(page: Any) -> Any:
+    """Return the places of the feet in the picture (6, 3) [m]."""
+    return page.evaluate(
+        """() => playback.runs[0].data.feet.map((foot) => {
+        const actor = playback.actors[0], tip = actor.bodies[foot.body].parts.at(-1).mesh;
+        const place = tip.getWorldPosition(new MeshCat.THREE.Vector3());
+        return actor.lane.worldToLocal(place).toArray();
+        })"""
+    )
 
 
 def test_keys_move_through_time(page: Any, trace: Trace) -> None:
@@ -221,6 +271,46 @@ def test_a_drag_zooms_all_plots_and_a_double_click_shows_all(page: Any) -> None:
     assert settled(page)["time"] == pytest.approx(5.0, abs=0.2)
 
 
+def test_two_fingers_zoom_all_plots(browser: Any, text: str, tmp_path: Path) -> None:
+    """The times under the fingers stay there; one finger that slides sideways zooms, a tap seeks."""
+    path = tmp_path / "walk.html"
+    path.write_text(text)
+    context = browser.new_context(
+        viewport={"width": 390, "height": 844}, has_touch=True, is_mobile=True
+    )
+    page = opened(context, path, "#t=1", size=None)
+    settled(page)
+    canvas = page.locator(".panel canvas").first
+    canvas.evaluate("(one) => scrollBy(0, one.getBoundingClientRect().top - 600)")
+    box, touch = canvas.bounding_box(), context.new_cdp_session(page).send
+    left, y, wide = box["x"] + 44, box["y"] + 30, box["width"] - 48
+
+    def fingers(kind: str, *shares: float) -> None:
+        """Put, move or lift fingers at shares of the axis."""
+        places = [{"x": left + share * wide, "y": y, "id": k} for k, share in enumerate(shares)]
+        touch("Input.dispatchTouchEvent", {"type": f"touch{kind}", "touchPoints": places})
+
+    fingers("Start", 0.4)
+    fingers("Start", 0.4, 0.6)
+    for step in (0.05, 0.1, 0.15, 0.2):
+        fingers("Move", 0.4 - step, 0.6 + step)
+    fingers("End")
+    state = settled(page)  # 4 s and 6 s stand at 0.2 and 0.8 of the axis
+    assert (state["from"], state["to"]) == pytest.approx((10 / 3, 20 / 3), abs=0.05)
+    assert state["time"] == 1.0
+    for step in (0.1, 0.2):  # back again
+        fingers("Start" if step == 0.1 else "Move", 0.1 + step, 0.9 - step)
+    fingers("End")
+    state = settled(page)
+    assert state["to"] - state["from"] > 5.0
+    page.evaluate("playback.zoom(0, 10)")
+    fingers("Start", 0.5)
+    fingers("End")
+    assert settled(page)["time"] == pytest.approx(5.0, abs=0.05)
+    assert not page.faults
+    context.close()
+
+
 def test_a_picture_takes_little_script(page: Any) -> None:
     """Less than 4 ms of script beside the rasteriser; the median, as the machine may be busy."""
     found = page.evaluate(
@@ -242,14 +332,7 @@ def test_the_robot_stands_where_the_trace_has_it(page: Any, trace: Trace) -> Non
     """Feet by the page's forward kinematics: within the rounding of angles over 0.3 m."""
     page.evaluate("playback.seek(4.0)")
     settled(page)
-    found = page.evaluate(
-        """() => playback.runs[0].data.feet.map((foot) => {
-        const actor = playback.actors[0], tip = actor.bodies[foot.body].parts.at(-1).mesh;
-        const place = tip.getWorldPosition(new MeshCat.THREE.Vector3());
-        return actor.lane.worldToLocal(place).toArray();
-        })"""
-    )
-    np.testing.assert_allclose(found, trace.foot_position[2000], atol=1e-4)
+    np.testing.assert_allclose(shown_feet(page), trace.foot_position[2000], atol=1e-4)
 
 
 def test_a_telephone_and_a_notebook_show_it(

@@ -30,7 +30,8 @@ def worst_instants(
     may lie between samples; the others are of samples. All are of the window, else of the run.
 
     Each has `key`, `what`, `value`, `unit`, `time` [s], and where they apply `error` (None where it
-    is not known), `joint`, `foot` and `use` [-].
+    is not known), `joint`, `foot`, `use` [-], and `state`: that kept of a torque's peak, by the
+    names of channels (`place`, `turn`, `angle`, `speed`, `torque`, `force`), flat lists.
 
     Args:
         trace: of the run.
@@ -85,9 +86,10 @@ def _joint_rows(trace: Trace, limits: Limits, inside: Array) -> list[dict[str, A
         else:
             k, joint = _largest(np.abs(trace.torque), own, inside)
             value, time, error = abs(trace.torque[k, joint]), trace.time[k], None
-        more = {} if limits.slope[joint] or math.isinf(limits.stall[joint]) else {
+        more: dict[str, Any] = {} if limits.slope[joint] or math.isinf(limits.stall[joint]) else {
             "use": float(value / limits.stall[joint]) if limits.stall[joint] > 0.0 else None
         }  # fmt: skip
+        more |= _kept_state(trace, joint, time)
         rows.append(_row(f"{kind} torque", f"{kind} torque", value, "N m", time, error=error,
                          joint=joint, **more))  # fmt: skip
         if limits.slope[own].any():
@@ -112,6 +114,23 @@ def _joint_rows(trace: Trace, limits: Limits, inside: Array) -> list[dict[str, A
         value, time = power[k, joint], trace.time[k]
     rows.append(_row("power", "joint power", value, "W", time, joint=joint))
     return rows
+
+
+def _kept_state(trace: Trace, joint: int, time: float) -> dict[str, Any]:
+    """Return the state that the run has kept of a joint's torque peak; nothing where of another."""
+    kept = trace.peaks
+    if kept is None or kept.foot_names != trace.foot_names or kept.time[joint] != time:
+        return {}
+    parts = {
+        "place": kept.q[joint, :3], "turn": kept.q[joint, 3:7], "angle": kept.q[joint, 7:],
+        "speed": kept.v[joint, 6:], "torque": kept.torque[joint], "force": kept.foot_force[joint],
+    }  # fmt: skip
+    return {"state": {name: _short(values) for name, values in parts.items()}}
+
+
+def _short(values: Array) -> list[float]:
+    """Return numbers with ten digits."""
+    return [float(f"{value:.10g}") for value in values.ravel()]
 
 
 def _largest(values: Array, own: Indices, inside: Array) -> tuple[int, int]:

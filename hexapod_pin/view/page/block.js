@@ -18,30 +18,42 @@ const [viewerCode, plainData, packedSamples] =
 const D = JSON.parse(new TextDecoder().decode(plainData));
 const inflatedAt = performance.now();
 
-// Differences of whole numbers, their bytes of equal weight together, their signs in the lowest bit.
-function unpackedArrays(bytes, table) {
-  const found = [];
-  let at = 0;
-  for (const {n, columns, wide, order, resolution, missing} of table) {
-    const count = n * columns, rows = [];
-    for (let c = 0; c < columns; c++) {
-      const row = new Float64Array(n);
-      let value = 0, change = 0;
-      for (let i = 0, k = at + c * n; i < n; i++, k++) {
-        let z = bytes[k];
-        if (wide > 1) z += bytes[k + count] * 256;
-        if (wide > 2) z += bytes[k + 2 * count] * 65536 + bytes[k + 3 * count] * 16777216;
-        const whole = z % 2 ? -(z + 1) / 2 : z / 2;
-        if (order === 2) change += whole; else change = whole;
-        value += change;
-        row[i] = value === missing ? NaN : value * resolution;
-      }
-      rows.push(row);
-    }
-    found.push(rows);
-    at += count * wide;
+// Rows of numbers, each made when it is first read.
+function rowsWhenRead(count, make) {
+  const rows = new Array(count), whole = {configurable: true, enumerable: true};
+  for (let k = 0; k < count; k++) {
+    Object.defineProperty(rows, k, {...whole, get() {
+      const row = make(k);
+      Object.defineProperty(rows, k, {...whole, value: row});
+      return row;
+    }});
   }
-  return found;
+  return rows;
+}
+
+// Differences of whole numbers, their bytes of equal weight together, their signs in the lowest bit.
+function unpackedRow(bytes, at, count, {n, wide, order, resolution, missing}) {
+  const row = new Float64Array(n);
+  let value = 0, change = 0;
+  for (let i = 0, k = at; i < n; i++, k++) {
+    let z = bytes[k];
+    if (wide > 1) z += bytes[k + count] * 256;
+    if (wide > 2) z += bytes[k + 2 * count] * 65536 + bytes[k + 3 * count] * 16777216;
+    const whole = z % 2 ? -(z + 1) / 2 : z / 2;
+    if (order === 2) change += whole; else change = whole;
+    value += change;
+    row[i] = value === missing ? NaN : value * resolution;
+  }
+  return row;
+}
+
+function unpackedArrays(bytes, table) {
+  let at = 0;
+  return table.map((entry) => {
+    const from = at, count = entry.n * entry.columns;
+    at += count * entry.wide;
+    return rowsWhenRead(entry.columns, (c) => unpackedRow(bytes, from + c * entry.n, count, entry));
+  });
 }
 
 const arrays = unpackedArrays(packedSamples, D.table);

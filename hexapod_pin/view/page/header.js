@@ -161,15 +161,25 @@ function makeTable() {
   box.append(element("div", {class: "scroll"}, table));
 }
 
-// The numbers of what is selected, at the sample shown.
+// What a row of the table is about at a sample; null where it is none of its numbers.
+function valueAt(row, i) {
+  const quantity = row.key.split(" ").at(-1);
+  if (quantity === "torque" || quantity === "speed") return Math.abs(R[quantity][row.joint][i]);
+  if (quantity === "use" || quantity === "power") return R[quantity][row.joint][i];
+  if (quantity === "roll" || quantity === "pitch") return R[quantity][i] / DEGREES;
+  return quantity === "force" ? R.press[row.foot][i] : quantity === "margin" ? R.margin[i] : null;
+}
+
+// The numbers of what is selected, at the sample or the peak shown.
 function valuesNow() {
-  const i = now(), j = S.joint, found = {time: S.time, sample: i, sampleTime: R.time[i], place: R.place.map((row) => row[i]),
+  const i = now(), j = S.joint, found = {time: S.time, sample: sampleNow(), sampleTime: R.time[i], place: R.place.map((row) => row[i]),
     roll: R.roll[i], pitch: R.pitch[i], height: R.place[2][i]};
   if (R.data.joints.length) Object.assign(found, {joint: R.data.joints[j], angle: R.angle[j][i], speed: R.speed[j][i]});
   if (R.torque && R.data.joints.length) Object.assign(found, {torque: R.torque[j][i], limit: R.limit[j][i], use: R.use[j][i], power: R.power[j][i]});
   if (R.force) Object.assign(found, {press: R.press.map((row) => row[i]), shear: R.shear.map((row) => row[i]), down: R.down.map((row) => row[i] > 0)});
   if (R.grip) found.grip = R.grip.map((row) => row[i]);
   if (R.margin) found.margin = R.margin[i];
+  if (S.peak !== null) found.row = {value: worst[S.peak].value, shown: valueAt(worst[S.peak], i), kept: !!worst[S.peak].at};
   return found;
 }
 
@@ -193,9 +203,11 @@ function showCard() {
   }
   const row = S.peak === null ? null : worst[S.peak];
   if (row) {
-    const between = Math.abs(row.time - v.sampleTime) > 1e-6;
-    lines.push([`worst ${row.what}`, shownNumber(row.value, row.unit, row.error)]);
-    if (between) lines.push(["between samples", `${row.time.toFixed(4)} s`]);
+    lines.push([`worst ${row.what}`, shownNumber(row.value, row.unit, row.error)], ["at", `${row.time.toFixed(4)} s`]);
+    const value = row.at ? null : valueAt(row, now());
+    if (value !== null && Math.abs(row.time - v.sampleTime) > 1e-6) {
+      lines.push([`sample at ${v.sampleTime.toFixed(4)} s`, shownNumber(value, row.unit)]);
+    }
   }
   const card = $("card");
   card.hidden = !lines.length;

@@ -28,10 +28,13 @@ let lastTime = performance.now();
 function arrange() {
   const i = now();
   actors.forEach((actor, k) => {
-    const time = timeOf(actor.run), before = sampleBefore(actor.run, time), next = Math.min(actor.run.N - 1, before + 1);
-    const gap = actor.run.time[next] - actor.run.time[before];
-    actor.pose(before, gap > 0 ? (time - actor.run.time[before]) / gap : 0);
-    const at = now(actor.run);
+    const {run} = actor, at = now(run);
+    if (at >= run.N) actor.pose(at, 0);
+    else {
+      const time = timeOf(run), before = sampleBefore(run, time), next = Math.min(run.N - 1, before + 1);
+      const gap = run.time[next] - run.time[before];
+      actor.pose(before, gap > 0 ? (time - run.time[before]) / gap : 0);
+    }
     actor.paint(at);
     overlays[k].draw(at);
   });

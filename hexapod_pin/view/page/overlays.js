@@ -179,7 +179,7 @@ class Overlays {
   }
 
   draw(i) {
-    const {run, ghost} = this.actor, L = S.layers;
+    const {run, ghost} = this.actor, L = S.layers, sample = i < run.N ? i : run.near[i - run.N];
     this.group.visible = !ghost;
     const feet = run.force ? run.data.feet : [];
     feet.forEach((foot, f) => {
@@ -196,10 +196,10 @@ class Overlays {
     if (run.com) this.drawBalance(i, feet);
     const shown = (marks) => {
       let k = 0;
-      while (k < marks.samples.length && marks.samples[k] <= i) k++;
+      while (k < marks.samples.length && marks.samples[k] <= sample) k++;
       return k;
     };
-    const until = Math.floor(i / this.every) + 1;
+    const until = Math.floor(sample / this.every) + 1;
     this.swings.forEach((path) => { path.visible = L.paths; path.geometry.setDrawRange(0, until); });
     if (this.trace) { this.trace.visible = L.mass; this.trace.geometry.setDrawRange(0, until); }
     this.holds.count = shown(this.holds);

@@ -1,7 +1,7 @@
 // Which plots a page has: torques, forces, balance, trunk, slip, power, and torque over speed.
 
 const others = (get) => runs.slice(1).map((run, k) => ({run, name: run.data.name, y: get(run), color: legColor(k + 3),
-  dash: [2, 2], ghost: true})).filter((s) => s.y && s.y.length === s.run.N);
+  dash: [2, 2], ghost: true})).filter((s) => s.y && s.y.length === s.run.total);
 const byLeg = (get, kind = S.kind) => R.legs.map((f, leg) => ({f, leg, foot: R.data.feet[f]})).map(({f, leg, foot}) => {
   const joint = foot.joints.find((j) => R.data.kinds[j] === kind);
   return {name: foot.label, run: R, y: get(f, joint), color: legColor(leg), dash: legDash(leg),
@@ -24,8 +24,12 @@ function chooser(names, label, change) {
 
 function makePanels() {
   if (R.torque && R.limited) {
-    const top = tabulated(R.N, () => 1);
-    const worstOf = kinds.map((kind) => tabulated(R.N, (i) => Math.max(...ofKind(kind).map((j) => Math.min(9.99, R.use[j][i])))));
+    const top = tabulated(R.total, () => 1);
+    const worstOf = rowsWhenRead(kinds.length, (k) => {
+      const row = new Float64Array(R.total);
+      for (const j of ofKind(kinds[k])) R.use[j].forEach((use, i) => { if (use > row[i]) row[i] = Math.min(9.99, use); });
+      return row;
+    });
     new Plot({title: "Use of limit, worst leg of each kind", unit: "1", floor: 0, height: 100,
       limit: () => ({y: top, name: R.data.limits.name}),
       series: () => kinds.map((kind, k) => ({name: kind, run: R, y: worstOf[k], color: legColor([0, 4, 2][k % 3] + (k > 2)), on: kind === S.kind,
@@ -53,12 +57,12 @@ function makePanels() {
   }
   if (R.torque) {
     new Plot({title: "Power", unit: "W", height: 96, open: false, series: () => [
-      {name: "all joints", run: R, y: R.totalPower, color: legColor(0)},
-      {name: shortJoint(S.joint), run: R, y: R.power[S.joint], color: legColor(4), on: true}, ...others((run) => run.totalPower)].filter((s) => s.y)});
+      {name: "all joints", run: R, y: totalPower(R), color: legColor(0)},
+      {name: shortJoint(S.joint), run: R, y: R.power[S.joint], color: legColor(4), on: true}, ...others(totalPower)].filter((s) => s.y)});
     const perTorque = R.data.limits.per_torque;
     if (R.current) makeRecorded("Motor current", "A", R.current);
     else if (perTorque) {
-      const current = R.torque.map((row) => row.map((v) => perTorque * Math.abs(v)));
+      const current = rowsWhenRead(R.torque.length, (j) => R.torque[j].map((v) => perTorque * Math.abs(v)));
       new Plot({title: "Motor current, of its torque", unit: "A", height: 96, open: false, floor: 0, rows: true,
         series: () => byLeg((f, j) => current[j])});
     }
@@ -97,7 +101,7 @@ function makeForces() {
   };
   if (!R.grip) delete shown["tangential / (mu normal)"];
   let name = "normal";
-  const one = tabulated(R.N, () => 1);
+  const one = tabulated(R.total, () => 1);
   const plot = new Plot({title: "Foot forces", height: 124, rows: true, floor: 0, unitText: () => shown[name].unit,
     limit: () => (name.includes("mu") ? {y: one, name: "friction cone"} : null),
     series: () => {

@@ -19,7 +19,9 @@ const worst = R.data.worst;
 }
 
 const timeOf = (run) => Math.min(run.end, Math.max(run.t0, S.time - start + run.t0));
-const now = (run = R) => sampleAt(run, timeOf(run));
+const sampleNow = (run = R) => sampleAt(run, timeOf(run));
+// What is shown of a run: a sample, or at a peak of the first run the state kept of it.
+const now = (run = R) => (run === R && S.peak !== null && worst[S.peak].at) || sampleNow(run);
 const step = () => (R.N > 1 ? R.even : 0.01);
 
 function seek(time, keepPlaying = false) {
@@ -31,7 +33,7 @@ function seek(time, keepPlaying = false) {
 }
 
 function stepBy(samples) {
-  const i = now() + samples;
+  const i = sampleNow() + samples;
   seek(i >= 0 && i < R.N ? R.time[i] : S.time + samples * step());
 }
 

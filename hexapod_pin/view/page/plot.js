@@ -251,21 +251,48 @@ class Plot {
     }
   }
 
+  // Two fingers: the times that were under them stay under them.
+  pinch([a, b]) {
+    const apart = b.x - a.x;
+    if (apart * Math.sign(b.time - a.time) < 12) return;
+    const rate = (b.time - a.time) / apart, from = a.time - (a.x - LEFT) * rate;
+    zoom(from, from + (this.width - LEFT - RIGHT) * rate);
+  }
+
   listen() {
-    const {canvas} = this;
-    let from = null;
-    canvas.onpointerdown = (event) => { from = event.offsetX; if (event.pointerType === "mouse") canvas.setPointerCapture(event.pointerId); };
+    const {canvas} = this, fingers = new Map();
+    let from = null, pinched = false;
+    canvas.onpointerdown = (event) => {
+      const x = event.offsetX;
+      if (event.pointerType === "mouse") canvas.setPointerCapture(event.pointerId);
+      fingers.set(event.pointerId, {x, time: this.time(x)});
+      pinched = fingers.size > 1;
+      from = pinched ? null : x;
+      this.drag = null;
+      for (const finger of fingers.values()) finger.time = this.time(finger.x);
+      dirty = true;
+    };
     canvas.onpointermove = (event) => {
-      if (from === null || !event.buttons || (!this.drag && Math.abs(event.offsetX - from) < 6)) return;
+      const finger = fingers.get(event.pointerId);
+      if (!finger || !event.buttons) return;
+      finger.x = event.offsetX;
+      if (fingers.size === 2) this.pinch([...fingers.values()]);
+      if (from === null || pinched || (!this.drag && Math.abs(event.offsetX - from) < 6)) return;
       this.drag = [from, event.offsetX];
+      dirty = true;
+    };
+    const ended = (event) => {
+      fingers.delete(event.pointerId);
+      if (!fingers.size) pinched = false;
+      from = this.drag = null;
       dirty = true;
     };
     canvas.onpointerup = (event) => {
       if (this.drag) zoom(...this.drag.map((x) => this.time(x)));
-      else if (from !== null) { seek(this.time(event.offsetX)); this.pickNear(event.offsetY); }
-      from = this.drag = null;
+      else if (from !== null && !pinched) { seek(this.time(event.offsetX)); this.pickNear(event.offsetY); }
+      ended(event);
     };
-    canvas.onpointercancel = () => { from = this.drag = null; };
+    canvas.onpointercancel = canvas.onlostpointercapture = (event) => { if (fingers.has(event.pointerId)) ended(event); };
     canvas.ondblclick = () => zoom(start, END);
     canvas.addEventListener("wheel", (event) => {
       if (!event.ctrlKey && !event.shiftKey) return;

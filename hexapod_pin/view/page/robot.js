@@ -83,7 +83,7 @@ class Actor {
 
   // Place the robot at a sample, a share of the way to the next.
   pose(i, share) {
-    const {run} = this, next = Math.min(run.N - 1, i + 1);
+    const {run} = this, next = share > 0 ? Math.min(run.N - 1, i + 1) : i;
     const at = (row) => row[i] + share * (row[next] - row[i]);
     for (const body of this.bodies) {
       if (body.joint === -1) {

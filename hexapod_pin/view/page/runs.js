@@ -3,74 +3,115 @@
 const DEGREES = 180 / Math.PI;
 const SLIDES = 0.98;  // share of the largest friction force from which a foot counts as sliding
 
+// Samples 0 to N - 1, and behind them the states kept of peaks between samples; what such a state has
+// not is that of the sample nearest to it.
 const runs = D.runs.map((data, number) => {
-  const part = (name) => (name in data.channels ? arrays[data.channels[name]] : null);
-  const time = part("time")[0], N = time.length;
-  const run = {
-    data, number, N, time, t0: time[0], end: time[N - 1], place: part("place"), turn: part("turn"),
+  const time = arrays[data.channels.time][0], N = time.length;
+  const run = {data, number, N, time, t0: time[0], end: time[N - 1]};
+  run.even = N > 1 ? (run.end - run.t0) / (N - 1) : 1;
+  const kept = data.worst.filter((row) => row.state && N > 1);
+  run.near = kept.map((row) => sampleAt(run, row.time));
+  kept.forEach((row, k) => { row.at = N + k; });
+  run.total = N + kept.length;
+  const extended = (row, of) => {
+    if (row.length !== N || !kept.length) return row;
+    const all = new Float64Array(run.total);
+    all.set(row);
+    kept.forEach((one, k) => { all[N + k] = of(one) ?? row[run.near[k]]; });
+    return all;
+  };
+  run.time = extended(time, (one) => one.time);
+  const part = (name) => {
+    if (!(name in data.channels)) return null;
+    const rows = arrays[data.channels[name]];
+    return rowsWhenRead(rows.length, (c) => extended(rows[c], (one) => one.state[name]?.[c]));
+  };
+  Object.assign(run, {
+    place: part("place"), turn: part("turn"),
     angle: part("angle"), speed: part("speed"), torque: part("torque"), force: part("force"),
     foot: part("foot"), normal: part("normal"), down: part("down"), friction: part("friction"),
     margin: part("margin")?.[0], com: part("com"), slipSpeed: part("slip_speed"),
-    current: part("current"), temperature: part("temperature"), lift: "lift" in data.ground ? arrays[data.ground.lift][0] : null,
+    current: part("current"), temperature: part("temperature"),
+    lift: "lift" in data.ground ? extended(arrays[data.ground.lift][0], () => undefined) : null,
     legs: data.feet.map((_, f) => f).filter((f) => data.feet[f].label),
-  };
-  run.even = N > 1 ? (run.end - run.t0) / (N - 1) : 1;
+  });
   derive(run);
   return run;
 });
 const R = runs[0];
 
-function tabulated(N, value) {
-  const row = new Float64Array(N);
-  for (let i = 0; i < N; i++) row[i] = value(i);
+function tabulated(count, value) {
+  const row = new Float64Array(count);
+  for (let i = 0; i < count; i++) row[i] = value(i);
   return row;
 }
 
 // The limit at rest and at a speed in the torque's direction, as the budget takes it.
-function limitAt(run, j, i) {
-  const stall = run.data.limits.stall[j];
-  if (stall === null) return Infinity;
-  const slope = run.data.limits.slope[j];
-  if (!slope) return stall;
-  return Math.max(0, stall - slope * Math.sign(run.torque[j][i]) * run.speed[j][i]);
+function limitRow(run, j) {
+  const stall = run.data.limits.stall[j] ?? Infinity, slope = run.data.limits.slope[j];
+  if (!slope || stall === Infinity) return new Float64Array(run.total).fill(stall);
+  const torque = run.torque[j], speed = run.speed[j];
+  return tabulated(run.total, (i) => Math.max(0, stall - slope * Math.sign(torque[i]) * speed[i]));
 }
 
+// Each row is computed when it is first read: a page opens with few of them.
 function derive(run) {
-  const {N, data} = run, joints = data.joints;
+  const {data, total} = run, joints = data.joints.length, feet = data.feet.length;
   if (run.torque) {
-    run.limit = joints.map((_, j) => tabulated(N, (i) => limitAt(run, j, i)));
-    run.use = joints.map((_, j) => tabulated(N, (i) => {
-      const size = Math.abs(run.torque[j][i]), limit = run.limit[j][i];
-      return size === 0 ? 0 : size / limit;
-    }));
+    run.limit = rowsWhenRead(joints, (j) => limitRow(run, j));
+    run.use = rowsWhenRead(joints, (j) => {
+      const torque = run.torque[j], limit = run.limit[j];
+      return tabulated(total, (i) => (torque[i] === 0 ? 0 : Math.abs(torque[i]) / limit[i]));
+    });
     run.limited = data.limits.stall.some((stall) => stall !== null);
-    run.power = joints.map((_, j) => tabulated(N, (i) => run.torque[j][i] * run.speed[j][i]));
-    run.totalPower = tabulated(N, (i) => run.power.reduce((sum, p) => sum + p[i], 0));
+    run.power = rowsWhenRead(joints, (j) => {
+      const torque = run.torque[j], speed = run.speed[j];
+      return tabulated(total, (i) => torque[i] * speed[i]);
+    });
   }
   if (run.force) {
-    const normal = (f, c, i) => run.normal[3 * f + c][run.normal[0].length > 1 ? i : 0];
+    const moving = run.normal[0].length > 1;
+    const normal = (f, c, i) => run.normal[3 * f + c][moving ? i : 0];
+    const along = (f) => [0, 1, 2].map((c) => [run.force[3 * f + c], run.normal[3 * f + c]]);
     run.normalAt = normal;
-    run.press = data.feet.map((_, f) => tabulated(N, (i) =>
-      run.force[3 * f][i] * normal(f, 0, i) + run.force[3 * f + 1][i] * normal(f, 1, i)
-        + run.force[3 * f + 2][i] * normal(f, 2, i)));
-    run.shear = data.feet.map((_, f) => tabulated(N, (i) => Math.hypot(
-      ...[0, 1, 2].map((c) => run.force[3 * f + c][i] - run.press[f][i] * normal(f, c, i)))));
-    const mu = (f, i) => run.friction[f][run.friction[f].length > 1 ? i : 0];
-    run.mu = run.friction && mu;
+    run.press = rowsWhenRead(feet, (f) => {
+      const [[x, a], [y, b], [z, c]] = along(f);
+      return tabulated(total, (i) => { const k = moving ? i : 0; return x[i] * a[k] + y[i] * b[k] + z[i] * c[k]; });
+    });
+    run.shear = rowsWhenRead(feet, (f) => {
+      const [[x, a], [y, b], [z, c]] = along(f), press = run.press[f];
+      return tabulated(total, (i) => {
+        const k = moving ? i : 0, p = press[i];
+        return Math.hypot(x[i] - p * a[k], y[i] - p * b[k], z[i] - p * c[k]);
+      });
+    });
+    run.mu = run.friction && ((f, i) => run.friction[f][run.friction[f].length > 1 ? i : 0]);
     if (run.friction) {
-      run.grip = data.feet.map((_, f) => tabulated(N, (i) => {
-        const most = mu(f, i) * run.press[f][i];
-        return run.down[f][i] && most > 0 ? run.shear[f][i] / most : 0;
-      }));
+      run.grip = rowsWhenRead(feet, (f) => {
+        const mu = run.friction[f], press = run.press[f], shear = run.shear[f], down = run.down[f], same = mu.length === 1;
+        return tabulated(total, (i) => {
+          const most = mu[same ? 0 : i] * press[i];
+          return down[i] && most > 0 ? shear[i] / most : 0;
+        });
+      });
     }
   }
   const [x, y, z, w] = run.turn;
-  run.roll = tabulated(N, (i) => DEGREES * Math.atan2(
+  run.roll = tabulated(total, (i) => DEGREES * Math.atan2(
     2 * (w[i] * x[i] + y[i] * z[i]), 1 - 2 * (x[i] * x[i] + y[i] * y[i])));
-  run.pitch = tabulated(N, (i) => DEGREES * Math.asin(
+  run.pitch = tabulated(total, (i) => DEGREES * Math.asin(
     Math.max(-1, Math.min(1, 2 * (w[i] * y[i] - z[i] * x[i])))));
-  run.yaw = tabulated(N, (i) => Math.atan2(
+  run.yaw = tabulated(total, (i) => Math.atan2(
     2 * (w[i] * z[i] + x[i] * y[i]), 1 - 2 * (y[i] * y[i] + z[i] * z[i])));
+}
+
+// The power of all joints together.
+function totalPower(run) {
+  if (!run.totalPower && run.power) {
+    run.totalPower = new Float64Array(run.total);
+    for (const row of run.power) row.forEach((p, i) => { run.totalPower[i] += p; });
+  }
+  return run.totalPower;
 }
 
 // How far each foot's contact point slid within the ground since it touched down [m], rolling of the
@@ -81,7 +122,7 @@ function slipOf(run) {
   const bodies = run.data.tree.map((b) => ({...b, base: new THREE.Quaternion(...b.turn), now: new THREE.Quaternion(),
     along: b.axis && new V(...b.axis)}));
   const bend = new THREE.Quaternion(), change = new THREE.Quaternion(), arm = new V(), before = new V(), move = new V();
-  run.slip = run.data.feet.map(() => new Float64Array(run.N));
+  run.slip = run.data.feet.map(() => new Float64Array(run.total));
   const sums = run.data.feet.map(() => new V());
   for (let i = 0; i < run.N; i++) {
     bodies.forEach((b) => {
@@ -109,6 +150,7 @@ function slipOf(run) {
       turns[f].copy(now);
     });
   }
+  run.slip.forEach((row) => run.near.forEach((i, k) => { row[run.N + k] = row[i]; }));
   return run.slip;
 }
 
