@@ -21,7 +21,12 @@ from page_data import Loads, PageData
 from refusals import refused
 from synthetic import FEET, JOINTS, URDF, synthetic_trace, with_run
 
+import hexapod_pin as hp
+from hexapod_pin.drive.catalog.motor_record import Derating
 from hexapod_pin.errors import ParameterError, ViewerError
+from hexapod_pin.results.sizing.demand import JointDemand
+from hexapod_pin.results.sizing.motor_current import motor_current
+from hexapod_pin.results.sizing.motors import Motors
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.view import html, live_viewer, view, write_html
 from hexapod_pin.view.html import SCRIPTS, page_file, page_text
@@ -134,6 +139,42 @@ def test_samples_recorded_on_request_are_in_the_page(trace: Trace) -> None:
     found = PageData(page_text({"": asking}))
     np.testing.assert_allclose(found.channel("slip_speed"), asked["slip_speed"], atol=5.1e-5)
     np.testing.assert_allclose(found.channel("temperature"), asked["temperature"], atol=5.1e-3)
+
+
+def test_limits_are_those_that_acted_and_currents_have_the_gears_losses() -> None:
+    """Motors by kind and by joint, capped by `peak_torque` and the URDF; other joints' limits."""
+    robot = hp.load_robot("kharagpur")
+    weak = hp.Motor(stall_torque=4.0, no_load_speed=5.0, voltage_ratio=0.5, peak_torque=1.5)
+    strong = hp.Motor(stall_torque=8.0, no_load_speed=6.0, torque_constant=0.01, gear_ratio=200.0)
+    servo = hp.Servo(kp=40.0, kd=0.8, motor={"femur": strong, "lf_femur_joint": weak})
+    still = hp.simulate(
+        hp.Scene(robot, servo=servo), hp.HoldPosture(), duration=0.2, step=1e-3, estimate=False
+    )
+    [run] = PageData(page_text({"": still})).runs
+    limits, effort = run["limits"], still.run.robot.effort(18)
+    names = still.joint_names
+    for j, (name, kind) in enumerate(zip(names, run["kinds"], strict=True)):
+        motor = weak if name == "lf_femur_joint" else strong if kind == "femur" else None
+        got = [limits[key][j] for key in ("stall", "slope", "cap", "per_torque")]
+        if motor is None:
+            assert got == [None, 0.0, effort[j], None]
+        else:
+            stall = motor.stall_torque * motor.voltage_ratio
+            cap = min(effort[j], motor.peak_torque or np.inf)
+            expected = [stall, motor.stall_torque / motor.no_load_speed, cap]
+            assert got[:3] == pytest.approx(expected)
+            assert got[3] == (None if motor is weak else pytest.approx(0.5))
+    assert limits["name"] == "the motor's line, as simulated"
+    assert "femur: stall 8 N m, no load 6 rad/s" in dict(run["facts"])["motor"]
+    record = hp.load_catalog().get("MX-64", 12.0)
+    judged = PageData(page_text({"": still}, motor=record))
+    kinds = tuple(run["kinds"])
+    demand = JointDemand.of_samples(
+        still.time, still.torque, still.v[:, 6:], joint_names=names, joint_kinds=kinds
+    )
+    expected = motor_current(demand, Motors.of(kinds, record, Derating()))
+    np.testing.assert_allclose(judged.channel("motor_current"), expected, atol=5.1e-4)
+    assert "motor_current" not in PageData(page_text({"": still})).runs[0]["channels"]
 
 
 def test_names_cannot_break_out_of_the_page(tmp_path: Path) -> None:

@@ -272,7 +272,7 @@ def test_a_drag_zooms_all_plots_and_a_double_click_shows_all(page: Any) -> None:
 
 
 def test_two_fingers_zoom_all_plots(browser: Any, text: str, tmp_path: Path) -> None:
-    """The times under the fingers stay there; one finger that slides sideways zooms, a tap seeks."""
+    """The times under the fingers stay there; a tap seeks."""
     path = tmp_path / "walk.html"
     path.write_text(text)
     context = browser.new_context(

@@ -16,9 +16,18 @@ import hexapod_pin as hp
 from hexapod_pin.errors import TraceFileError
 from hexapod_pin.results.comparison import ComparedRun, Outcome
 from hexapod_pin.results.grid_columns import GridRecord
+from hexapod_pin.results.peak_verdict import (
+    FootImpulse,
+    PeakVerdict,
+    PeakVerdicts,
+    Recomputation,
+    Spread,
+)
 from hexapod_pin.results.result_files import Column
 from hexapod_pin.results.schema import schema
+from hexapod_pin.results.steady_window import Window
 from hexapod_pin.results.walk_metrics import METRICS
+from hexapod_pin.study.tuning_result import Candidate, Scores
 from hexapod_pin.view import write_study_report
 from tests.browser import browse
 
@@ -48,7 +57,13 @@ class Sweep:
 
     name: str = "loads"
     attributes: Mapping[str, str] = field(
-        default_factory=lambda: {"robots": "six legs: S2", "assumed": "", "study_digest": "abc"}
+        default_factory=lambda: {
+            "robots": "six legs: S2",
+            "assumed": "",
+            "study_digest": "abc",
+            "study": '[base]\nmotor = "AX-12A"\nvoltage = 11.1\ncontact = "s1"\n'
+            'accuracy = 1e-4\ngait = {name = "tripod", stroke = 0.1}\n',
+        }
     )
 
     @property
@@ -76,6 +91,14 @@ class Sweep:
         return 3
 
 
+SCENE = """[servo]
+motor = {coxa = {stall_torque = 1.5, no_load_speed = 6.0}}
+[contact]
+normal = {kind = "restitution"}
+friction = {kind = "stick_slip"}
+"""
+
+
 def grid(kind: type, **known: Any) -> Any:
     """Return a grid whose numbers are all 2, at points of 0.1 and 0.2."""
     sizes = {"stroke": 2, "cycle_time": 2, "joint": 3, "foot": 1, "phase": 2, "scene": 1,
@@ -86,7 +109,9 @@ def grid(kind: type, **known: Any) -> Any:
         else np.full([sizes[axis] for axis in one.axes], 2.0) if one.axes else 2.0
         for name, one in schema(kind).items()
     }  # fmt: skip
-    return kind(**numbers, run=GridRecord(robot="six legs", accuracy=1e-4), check=None, **known)
+    return kind(
+        **numbers, run=GridRecord(robot="six legs", accuracy=1e-4, scene=SCENE), check=None, **known
+    )
 
 
 def torque_map() -> hp.study.TorqueMap:
@@ -102,14 +127,52 @@ def gait_energy() -> hp.study.GaitEnergy:
     return grid(hp.study.GaitEnergy, scenes=("flat",), gaits=("tripod", "wave"), reason=reason)
 
 
+def peaks() -> PeakVerdicts:
+    """Return a peak that holds and one that a stiffer servo moves."""
+    change = Recomputation("servo stiffness", "servo twice as stiff", "kp 40 to 80 N m/rad", "run")
+
+    def row(name: str, high: float, verdict: str) -> PeakVerdict:
+        spread = Spread(2.0, 1.9, high)
+        moved = {"servo stiffness": high / 2.0 - 1.0}
+        return PeakVerdict(name, "femur", verdict, spread, {"run": 2.0}, moved, (), 3.0, 0.0,
+                           spread, spread, f"{name} is a {verdict}")  # fmt: skip
+
+    rows = (row("lf_femur", 2.0, "peak"), row("rf_femur", 2.9, "range"))
+    return PeakVerdicts(
+        "six legs", Window(None, None, 1.0, 3.0, 2), (change,), rows, (row("femur", 2.9, "range"),),
+        (FootImpulse("lf_foot", Spread(5.0, 4.9, 5.1)),), ("ndf, accuracy 0.0001",), (), (),
+    )  # fmt: skip
+
+
+def tuned() -> hp.study.TuningResult:
+    """Return three candidates, of which one failed; better on the scene that was held out."""
+    tried = (
+        Candidate({"kp": 40.0}, 0.9, "", 0), Candidate({"kp": 99.0}, 1e3, "it fell", 1),
+        Candidate({"kp": 55.0}, 0.5, "", 1),
+    )  # fmt: skip
+    on, held = (
+        Scores(1.0, 0.9, best, {name: (1.0, 0.9, best)}, {})
+        for name, best in (("flat", 0.5), ("hill", 0.75))
+    )
+    return hp.study.TuningResult(
+        {"kp": 40.0}, {"kp": 55.0}, {"kp": (10.0, 100.0)}, ("kp",), on, held, tried, 1e3, 3
+    )
+
+
 @pytest.mark.parametrize(
     ("found", "figures", "texts"),
     [
         (comparison, 1, ["2 OF 2 RUNS WALKED", "six legs", "kp 40 N m/rad",
                          "restitution with stick-slip", "rubber feet", "5 (+400 %)"]),
-        (Sweep, 1, ["2 OF 3 CASES HAVE NUMBERS", "payload", "12", "fell", "abc"]),
+        (Sweep, 1, ["2 OF 3 CASES HAVE NUMBERS", "payload", "12", "fell", "abc",
+                    "AX-12A at 11.1 V", "tripod, stroke 0.1 m", "<dd>s1", "0.0001 m or rad"]),
         (torque_map, 2, ["3 OF 4 POINTS WERE WALKED", "out of reach",
-                         "femur torque peak [N m]", "0.0001 m or rad"]),
+                         "femur torque peak [N m]", "0.0001 m or rad",
+                         "coxa: stall 1.5 N m", "restitution with stick_slip"]),
+        (peaks, 1, ["1 OF 2 PEAKS HOLD", "six legs", "1.9 to 2.9", "+45.0", "kp 40 to 80 N m/rad",
+                    "femur is a range", "ndf, accuracy 0.0001", "1 to 3 s, 2 whole cycle(s)"]),
+        (tuned, 1, ["25.0 % BETTER ON SCENES THAT IT WAS NOT TUNED ON", "flat", "hill", "it fell",
+                    "3 candidates, 1 failed", "logarithmic", "50.0 %"]),
         (gait_energy, 1, ["4 OF 4 POINTS WERE WALKED", "tripod, wave", "cost of transport [1]"]),
     ],
 )  # fmt: skip

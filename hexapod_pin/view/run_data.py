@@ -25,7 +25,7 @@ from hexapod_pin.view.ground_shapes import Sizes, eye_level, ground_data, middle
 from hexapod_pin.view.robot_shapes import RobotShapes
 from hexapod_pin.view.sample_block import SampleBlock
 from hexapod_pin.view.scene_graph import DrawnMeshes, feet_of, loads_of, robot_tree
-from hexapod_pin.view.torque_limits import limits_of
+from hexapod_pin.view.torque_limits import current_of, limits_of
 from hexapod_pin.view.worst_instants import budget_of, kinds_of, margins_of, worst_instants
 
 ERROR_SHARE = 0.1
@@ -92,9 +92,11 @@ def run_data(
         "limits": {
             "name": limits.name,
             "stall": [None if math.isinf(x) else float(x) for x in limits.stall],
-            "slope": limits.slope.tolist(), "per_torque": limits.per_torque,
+            "slope": limits.slope.tolist(),
+            "cap": [None if math.isinf(x) else float(x) for x in limits.cap],
+            "per_torque": [float(x) if math.isfinite(x) else None for x in limits.per_torque],
         },
-        "channels": channels(trace, feet, block, margin),
+        "channels": channels(trace, feet, block, margin, current_of(trace, record)),
         "worst": worst,
         **header(trace, record, None if window is None else least),
     }  # fmt: skip
@@ -137,13 +139,15 @@ def _step_below(value: float) -> float:
 
 
 def channels(
-    trace: Trace, feet: Sequence[Mapping[str, Any]], block: SampleBlock, margin: Array | None
-) -> dict[str, int]:
+    trace: Trace, feet: Sequence[Mapping[str, Any]], block: SampleBlock, margin: Array | None,
+    current: Array | None = None,
+) -> dict[str, int]:  # fmt: skip
     """Pack the samples of a run; return their places in the block by name.
 
     `place`, `turn`, `angle`, `speed`; where recorded `torque`; of contacts `force`, `foot`,
     `normal` where it is not the same always, `down`, `friction` of each foot where it differs by
-    place; `com`; `margin` [m]; and what the run was asked to record of `REQUESTED`.
+    place; `com`; `margin` [m]; what the run was asked to record of `REQUESTED`; `motor_current` of
+    the motor that is judged, where it takes more than the torque to know it [A].
     """
     place, joint = resolution(trace, "place"), resolution(trace, "joint")
     found = {"time": block.add(trace.time, 1e-6)}
@@ -173,6 +177,8 @@ def channels(
     requested = getattr(trace, "requested", None)
     for name, values in {} if requested is None else requested.arrays.items():
         found[name] = block.add(values, REQUESTED[name])
+    if current is not None:
+        found["motor_current"] = block.add(current, REQUESTED["current"])
     if "com" in trace.recorded:
         found["com"] = block.add(trace.com, COARSEST["place"])
     return found
@@ -230,9 +236,11 @@ def header(trace: Trace, record: MotorRecord | None, margin: float | None) -> di
     }
 
 
-def _own_motor(motor: object) -> str:
-    """Return the line of the run's motor; empty without one, or with several."""
-    if not isinstance(motor, Motor):
+def _own_motor(motor: Motor | Mapping[str, Motor] | None) -> str:
+    """Return the line of the run's motor, or of each kind of joint; empty without one."""
+    if isinstance(motor, Mapping):
+        return "; ".join(f"{kind}: {_own_motor(one)}" for kind, one in motor.items())
+    if motor is None:
         return ""
     return f"stall {motor.stall_torque:.3g} N m, no load {motor.no_load_speed:.3g} rad/s"
 

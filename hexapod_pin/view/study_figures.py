@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from hexapod_pin.arrays import Array
     from hexapod_pin.results.comparison import Comparison
+    from hexapod_pin.results.peak_verdict import PeakVerdicts
     from hexapod_pin.results.result_files import Column
     from hexapod_pin.results.walk_metrics import Estimate
 
@@ -338,3 +339,77 @@ def _histogram(axes: Axes, values: Array, kind: str, color: str) -> None:
     axes.set_title(kind, fontsize="medium")
     axes.set_xlabel("peak torque [N m]")
     axes.legend(fontsize="x-small")
+
+
+# Peaks with their verdicts, and tuned parameters.
+
+
+def draw_peak_verdicts(found: PeakVerdicts) -> Figure:
+    """Return the range of every joint's peak, its value, and the joint's limit where in sight."""
+    from matplotlib.figure import Figure
+
+    rows = found.joints
+    figure = Figure(figsize=(7.3, 1.2 + 0.17 * len(rows)), layout="constrained")
+    axes = figure.subplots()
+    place = np.arange(len(rows))
+    low, high = (np.array([getattr(r.torque_peak, n) for r in rows]) for n in ("low", "high"))
+    value = np.array([row.torque_peak.value for row in rows])
+    limit = np.array([row.effort_limit for row in rows])
+    holds = np.array([row.holds for row in rows])
+    for chosen, color, label in (
+        (holds, "tab:blue", "holds"), (~holds, "tab:red", "moves by more than 5 %, or is limited")
+    ):  # fmt: skip
+        axes.hlines(place[chosen], low[chosen], high[chosen], color=color, lw=5, alpha=0.35)
+        axes.plot(value[chosen], place[chosen], "o", color=color, ms=3.5, label=label)
+    near = limit <= 1.5 * np.max(high, initial=0.0)
+    axes.plot(limit[near], place[near], "|", color="black", ms=9, label="torque limit")
+    axes.set_yticks(place, [row.name for row in rows], fontsize="small")
+    axes.set_ylim(len(rows) - 0.5, -0.5)
+    axes.set_xlim(left=0.0)
+    axes.grid(axis="x", lw=0.3)
+    axes.set_xlabel("peak torque, its value and the range of all that was computed [N m]")
+    axes.legend(fontsize="small")
+    return figure
+
+
+@runtime_checkable
+class TunedParameters(Protocol):
+    """What a report of tuning shows; that of `tune`."""
+
+    start: Mapping[str, float]
+    best: Mapping[str, float]
+    bounds: Mapping[str, tuple[float, float]]
+    logarithmic: tuple[str, ...]
+    tuned: Any
+    held_out: Any
+    history: tuple[Any, ...]
+    penalty: float
+    seed: int
+
+    @property
+    def failed(self) -> int:
+        """How many candidates failed."""
+
+
+def draw_tuning(found: TunedParameters) -> Figure:
+    """Return the score of every candidate in the order tried, and the best so far."""
+    from matplotlib.figure import Figure
+
+    scores = np.array([one.score for one in found.history])
+    good = np.array([not one.failure for one in found.history])
+    order = np.arange(1, len(scores) + 1)
+    figure = Figure(figsize=(7.3, 2.6), layout="constrained")
+    axes = figure.subplots()
+    axes.plot(order[good], scores[good], "o", color="tab:blue", ms=3, label="candidate")
+    if not good.all():
+        top = scores[good].max(initial=found.tuned.baseline)
+        axes.plot(order[~good], np.full((~good).sum(), top), "x", color="tab:red", label="failed")
+    best = np.minimum.accumulate(np.where(good, scores, np.inf))
+    axes.plot(order[np.isfinite(best)], best[np.isfinite(best)], color="tab:blue", lw=1.2,
+              drawstyle="steps-post", label="best so far")  # fmt: skip
+    axes.axhline(found.tuned.baseline, color="black", lw=0.8, ls="--", label="baseline")
+    axes.set_xlabel("candidate, in the order tried")
+    axes.set_ylabel("score (less is better)")
+    axes.grid(lw=0.3)
+    axes.legend(fontsize="small")
+    return figure

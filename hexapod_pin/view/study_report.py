@@ -1,4 +1,4 @@
-"""Reports of comparisons, sweeps, torque maps and gait energies: header, figures, tables."""
+"""Reports of comparisons, sweeps, grids, tuning and peak verdicts: header, figures, tables."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import HexapodError, ParameterError
 from hexapod_pin.results.comparison import Comparison, Outcome, failures, notes, scene_table
 from hexapod_pin.results.gait_energy import GaitEnergy
+from hexapod_pin.results.peak_verdict import LEGEND, PeakVerdict, PeakVerdicts, Spread
 from hexapod_pin.results.result_files import check_ending
 from hexapod_pin.results.schema import schema
 from hexapod_pin.results.torque_map import TorqueMap
@@ -37,7 +38,17 @@ from hexapod_pin.view.report import (
     report_bytes,
 )
 from hexapod_pin.view.selection_report import ENDINGS
-from hexapod_pin.view.study_figures import PEAK, RMS, SweepNumbers, draw_comparison, draw_sweep
+from hexapod_pin.view.study_facts import base_facts, gait_text, scene_facts, tables
+from hexapod_pin.view.study_figures import (
+    PEAK,
+    RMS,
+    SweepNumbers,
+    TunedParameters,
+    draw_comparison,
+    draw_peak_verdicts,
+    draw_sweep,
+    draw_tuning,
+)
 
 if TYPE_CHECKING:
     from hexapod_pin.arrays import Array
@@ -45,7 +56,7 @@ if TYPE_CHECKING:
 MOST_ROWS = 2000
 """Cases of a sweep that are listed; the others are in its dataset."""
 
-Result = Comparison | TorqueMap | GaitEnergy | SweepNumbers
+Result = Comparison | TorqueMap | GaitEnergy | PeakVerdicts | TunedParameters | SweepNumbers
 
 
 @checked
@@ -59,7 +70,8 @@ def write_study_report(
     assumed. The same result gives the same bytes.
 
     Args:
-        found: of `compare`, `run_sweep`, `torque_map` or `study.gait_energy`.
+        found: of `compare`, `run_sweep`, `torque_map`, `study.gait_energy`, `study.judge_peaks` or
+            `tune`.
         path: ends in .html.
         date: printed as it is; None: none is printed.
         command: that makes the report again; printed as it is.
@@ -72,8 +84,11 @@ def write_study_report(
     Example:
         >>> write_study_report(comparison, "comparison.html")  # doctest: +SKIP
     """
-    if not isinstance(found, Comparison | TorqueMap | GaitEnergy | SweepNumbers):
-        allowed = "a Comparison, a sweep's result, a TorqueMap or a GaitEnergy"
+    if not isinstance(found, Result):
+        allowed = (
+            "a Comparison, a sweep's result, a TorqueMap, a GaitEnergy, PeakVerdicts or a "
+            "TuningResult"
+        )
         raise ParameterError("found", found, allowed)
     check_ending(path, ENDINGS)
     return write_atomically(path, report_bytes(tuple(study_blocks(found, date or "", command))))
@@ -85,6 +100,10 @@ def study_blocks(found: Result, date: str = "", command: str = "") -> Iterator[B
         yield from _of_comparison(found, date, command)
     elif isinstance(found, TorqueMap | GaitEnergy):
         yield from _of_grid(found, date, command)
+    elif isinstance(found, PeakVerdicts):
+        yield from _of_peaks(found, date, command)
+    elif isinstance(found, TunedParameters):
+        yield from _of_tuning(found, date, command)
     else:
         yield from _of_sweep(found, date, command)
 
@@ -151,9 +170,10 @@ def _of_sweep(found: SweepNumbers, date: str, command: str) -> Iterator[Block]:
     peaks = found.columns[PEAK].values if PEAK in found.columns else np.zeros((len(found), 0))
     known = np.isfinite(peaks).any(axis=1)
     about = found.attributes
+    facts = base_facts(about.get("study", ""), [item["name"] for item in found.inputs])
     yield Header(
         f"Sweep: {found.name}", _counted(int(known.sum()), len(found), "CASES HAVE NUMBERS"),
-        robot="; ".join(about.get("robots", "").split("\n")),
+        robot="; ".join(about.get("robots", "").split("\n")), **facts,
         more=(("Study", about.get("study_digest", "")),), date=date, command=command,
     )  # fmt: skip
     if known.any():
@@ -214,11 +234,13 @@ def _of_grid(found: TorqueMap | GaitEnergy, date: str, command: str) -> Iterator
     run, reason = found.run, np.asarray(found.reason, dtype=object)
     walked = int(np.count_nonzero(reason == ""))
     title = "Torque map" if isinstance(found, TorqueMap) else "Energy of gaits"
-    gait = run.walk if isinstance(found, TorqueMap) else ", ".join(found.gaits)
+    scene = run.scene or next(iter(run.scenes.values()), "")
+    own = gait_text(tables(run.controller).get("gait"))
+    gait = own or run.walk if isinstance(found, TorqueMap) else ", ".join(found.gaits)
     more = () if isinstance(found, TorqueMap) else (("Scenes", ", ".join(found.scenes)),)
     yield Header(
         f"{title}: {run.robot}", _counted(walked, reason.size, "POINTS WERE WALKED"),
-        robot=run.robot, gait=gait,
+        robot=run.robot, gait=gait, **scene_facts(tables(scene)),
         accuracy="" if run.accuracy is None else f"{run.accuracy:g} m or rad",
         more=more, date=date, command=command,
     )  # fmt: skip
@@ -262,3 +284,125 @@ def _grid_table(found: TorqueMap | GaitEnergy) -> Table:
         numbers = (one[place] for one in values.values())
         rows.append(tuple(Cell(_text(x)) for x in (*at, *numbers, reason[place])))
     return Table(tuple(columns), tuple(rows))
+
+
+# Peaks with their verdicts.
+
+
+def _of_peaks(found: PeakVerdicts, date: str, command: str) -> Iterator[Block]:
+    good = sum(row.holds for row in found.joints)
+    window = found.window
+    cycles = "" if window.cycles is None else f", {window.cycles} whole cycle(s)"
+    yield Header(
+        f"Peaks with a verdict: {found.robot_name}",
+        _counted(good, len(found.joints), "PEAKS HOLD",
+                 [f"{row.name}: {row.text}" for row in found.kinds]),
+        robot=found.robot_name, accuracy="; ".join(found.sources),
+        more=(("Window", f"{window.start:.4g} to {window.end:.4g} s{cycles}"),),
+        date=date, command=command,
+    )  # fmt: skip
+    yield from _drawing(Drawing(partial(draw_peak_verdicts, found), "Peaks and their ranges."))
+    yield Heading("Computed again with")
+    changes = [
+        (Cell(row.title), Cell("; ".join(filter(None, (row.unneeded or row.change, row.failure)))))
+        for row in found.recomputations
+    ]
+    yield Table((Column("Change", wide=True), Column("What it was", wide=True)), tuple(changes))
+    tried = [row.name for row in found.recomputations if not row.unneeded]
+    for title, rows in (("Each kind", found.kinds), ("Every joint", found.joints)):
+        yield Heading(title)
+        yield _peak_table(rows, tried)
+    yield Heading("Impulse of the normal force")
+    feet = [
+        (Cell(row.foot), Cell(_text(row.impulse.value)), Cell(_range(row.impulse)))
+        for row in found.feet
+    ]
+    titles = (Column("Foot", wide=True), Column("Impulse [N s]"), Column("least to largest"))
+    yield Table(titles, tuple(feet))
+    for line in (*LEGEND, *found.notes):
+        yield Paragraph(line, small=True)
+    yield from _assumed(found.assumed)
+
+
+def _peak_table(rows: Sequence[PeakVerdict], tried: Sequence[str]) -> Table:
+    """Return a row for each peak; marked where it does not hold."""
+    columns = ["Verdict", "Peak [N m]", "least to largest", *(f"{name} [%]" for name in tried)]
+    columns += ["p99 [N m]", "RMS [N m]", "Limit [N m]"]
+    cells = [
+        (
+            Cell(row.name), Cell(row.verdict, "" if row.holds else "bad"),
+            Cell(_text(row.torque_peak.value)), Cell(_range(row.torque_peak)),
+            *(Cell(f"{100.0 * row.changes[n]:+.1f}" if n in row.changes else "?") for n in tried),
+            Cell(_text(row.torque_p99.value)), Cell(_text(row.torque_rms.value)),
+            Cell(_text(row.effort_limit)),
+        )
+        for row in rows
+    ]  # fmt: skip
+    return Table((Column("", wide=True), *map(Column, columns)), tuple(cells))
+
+
+def _range(spread: Spread) -> str:
+    return f"{spread.low:.4g} to {spread.high:.4g}"
+
+
+# Tuned parameters.
+
+
+def _of_tuning(found: TunedParameters, date: str, command: str) -> Iterator[Block]:
+    held = found.held_out
+    gain = found.tuned.gain if held is None else held.gain
+    where = "the scenes tuned on" if held is None else "scenes that it was not tuned on"
+    level = "open" if held is None or math.isnan(gain) else "good" if gain > 0.0 else "bad"
+    texts = [
+        f"Tuned on: {_share(found.tuned.gain)} below the baseline's score.",
+        "Held out: not run, tuning was interrupted." if held is None
+        else f"Held out: {_share(held.gain)} below the baseline's score.",
+    ]  # fmt: skip
+    yield Header(
+        f"Tuning: {', '.join(found.best)}",
+        Verdict(f"{_share(gain)} BETTER ON {where.upper()}", tuple(texts), level),
+        more=(("Scenes", ", ".join(found.tuned.by_scene)),
+              ("Held out", "" if held is None else ", ".join(held.by_scene)),
+              ("Search", f"{len(found.history)} candidates, {found.failed} failed (score "
+                         f"{found.penalty:g}), seed {found.seed}")),
+        date=date, command=command,
+    )  # fmt: skip
+    yield from _drawing(Drawing(partial(draw_tuning, found), "Scores of all candidates."))
+    yield Heading("Parameters")
+    rows = []
+    for name, value in found.best.items():
+        low, high = found.bounds[name]
+        scale = "logarithmic" if name in found.logarithmic else "linear"
+        numbers = (Cell(_text(x)) for x in (found.start[name], value, low, high))
+        rows.append((Cell(name), *numbers, Cell(scale)))
+    titles = ("Start", "Best", "Least allowed", "Largest allowed", "Scale")
+    yield Table((Column("Parameter", wide=True), *map(Column, titles)), tuple(rows))
+    yield Heading("Scores; less is better")
+    yield _score_table(found)
+    yield Heading("Candidates")
+    tried = [
+        (Cell(str(k)), Cell(str(one.generation)), Cell(_text(one.score)),
+         *(Cell(_text(one.values[name])) for name in found.best), Cell(one.failure))
+        for k, one in enumerate(found.history[:MOST_ROWS], start=1)
+    ]  # fmt: skip
+    names = ("Candidate", "Generation", "Score", *found.best)
+    yield Table((*map(Column, names), Column("Why it failed", wide=True)), tuple(tried))
+
+
+def _score_table(found: TunedParameters) -> Table:
+    """Return a row for each set of scenes, and for each scene."""
+    rows = []
+    for label, scores in (("tuned on", found.tuned), ("held out", found.held_out)):
+        if scores is None:
+            continue
+        all_of_them = {f"{label}: all": (scores.baseline, scores.start, scores.best)}
+        each = {f"{label}: {name}": row for name, row in scores.by_scene.items()}
+        for name, row in (all_of_them | each).items():
+            gain = 1.0 - row[2] / row[0] if row[0] > 0.0 else math.nan
+            rows.append((Cell(name), *(Cell(_text(x)) for x in row), Cell(_share(gain))))
+    titles = ("Baseline", "Start", "Best", "Gain")
+    return Table((Column("Scenes", wide=True), *map(Column, titles)), tuple(rows))
+
+
+def _share(gain: float) -> str:
+    return f"{100.0 * gain:.1f} %" if math.isfinite(gain) else "not known how much"

@@ -86,9 +86,10 @@ def _joint_rows(trace: Trace, limits: Limits, inside: Array) -> list[dict[str, A
         else:
             k, joint = _largest(np.abs(trace.torque), own, inside)
             value, time, error = abs(trace.torque[k, joint]), trace.time[k], None
-        more: dict[str, Any] = {} if limits.slope[joint] or math.isinf(limits.stall[joint]) else {
-            "use": float(value / limits.stall[joint]) if limits.stall[joint] > 0.0 else None
-        }  # fmt: skip
+        top = float(limits.at_rest[joint])
+        more: dict[str, Any] = {}
+        if not limits.slope[joint] and not math.isinf(top):
+            more["use"] = float(value / top) if top > 0.0 else None
         more |= _kept_state(trace, joint, time)
         rows.append(_row(f"{kind} torque", f"{kind} torque", value, "N m", time, error=error,
                          joint=joint, **more))  # fmt: skip

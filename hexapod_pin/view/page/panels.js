@@ -61,8 +61,9 @@ function makePanels() {
       {name: shortJoint(S.joint), run: R, y: R.power[S.joint], color: legColor(4), on: true}, ...others(totalPower)].filter((s) => s.y)});
     const perTorque = R.data.limits.per_torque;
     if (R.current) makeRecorded("Motor current", "A", R.current);
-    else if (perTorque) {
-      const current = rowsWhenRead(R.torque.length, (j) => R.torque[j].map((v) => perTorque * Math.abs(v)));
+    else if (R.motorCurrent) makeRecorded("Motor current, its gear's losses included", "A", R.motorCurrent);
+    else if (perTorque.some((ratio) => ratio !== null)) {
+      const current = rowsWhenRead(R.torque.length, (j) => R.torque[j].map((v) => (perTorque[j] ?? NaN) * Math.abs(v)));
       new Plot({title: "Motor current, of its torque", unit: "A", height: 96, open: false, floor: 0, rows: true,
         series: () => byLeg((f, j) => current[j])});
     }
@@ -82,7 +83,7 @@ function makeTorque() {
     select(own.find((j) => legOf(j) === leg) ?? own[0]);
   });
   const plot = new Plot({title: "Torque", unit: "N m", digits: 3, height: 148, rows: true,
-    limit: () => (R.data.limits.stall[S.joint] === null ? null
+    limit: () => (atRest(R, S.joint) === Infinity ? null
       : {y: R.limit[S.joint], name: `${R.data.limits.slope[S.joint] ? "line at this speed" : "limit"}, ${legName(S.joint)}`}),
     series: () => {
       pick.value = S.kind;
@@ -138,10 +139,10 @@ class Cloud {
     this.stale = false;
     if (!this.box.open || !this.canvas.clientWidth) return;
     const width = this.canvas.clientWidth, height = 190, j = S.joint, torque = R.torque[j], speed = R.speed[j];
-    const q = sized(this.canvas, this.still, width, height), {stall, slope, name} = R.data.limits;
+    const q = sized(this.canvas, this.still, width, height), {stall, slope, name} = R.data.limits, rest = atRest(R, j);
     let most = 0.05, fast = 0.05;
     for (let i = 0; i < R.N; i++) { most = Math.max(most, Math.abs(torque[i])); fast = Math.max(fast, Math.abs(speed[i])); }
-    if (stall[j] !== null && stall[j] < 3 * most) most = Math.max(most, stall[j]);
+    if (rest < 3 * most) most = Math.max(most, rest);
     most *= 1.12;
     fast *= 1.1;
     const X = (v) => LEFT + ((v + fast) / (2 * fast)) * (width - LEFT - RIGHT), Y = (v) => 4 + ((most - v) / (2 * most)) * (height - 24);
@@ -160,12 +161,15 @@ class Cloud {
     q.globalAlpha = 1;
     q.strokeStyle = ink.hot;
     q.setLineDash([6, 3]);
-    if (stall[j] !== null) for (const sign of [1, -1]) {
-      line(X(-fast), Y(sign * (stall[j] + sign * slope[j] * fast)), X(fast), Y(sign * (stall[j] - sign * slope[j] * fast)));
+    if (rest < Infinity) for (const sign of [1, -1]) {
+      const allowed = (v) => Math.min(R.data.limits.cap[j] ?? Infinity, stall[j] === null ? Infinity : stall[j] - sign * slope[j] * v);
+      q.beginPath();
+      for (let k = 0; k <= 40; k++) q.lineTo(X((k / 20 - 1) * fast), Y(sign * allowed((k / 20 - 1) * fast)));
+      q.stroke();
     }
     q.setLineDash([]);
-    const far = stall[j] !== null && stall[j] > most ? ` (${stall[j].toFixed(2)} N m, out of sight)` : "";
-    this.note.textContent = `[N m] ${shortJoint(j)}, every sample${stall[j] === null ? "" : `; dashed: ${name}${far}`}`;
+    const far = rest < Infinity && rest > most ? ` (${rest.toFixed(2)} N m, out of sight)` : "";
+    this.note.textContent = `[N m] ${shortJoint(j)}, every sample${rest === Infinity ? "" : `; dashed: ${name}${far}`}`;
   }
 
   cursor() {

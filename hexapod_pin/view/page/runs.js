@@ -31,7 +31,7 @@ const runs = D.runs.map((data, number) => {
     angle: part("angle"), speed: part("speed"), torque: part("torque"), force: part("force"),
     foot: part("foot"), normal: part("normal"), down: part("down"), friction: part("friction"),
     margin: part("margin")?.[0], com: part("com"), slipSpeed: part("slip_speed"),
-    current: part("current"), temperature: part("temperature"),
+    current: part("current"), motorCurrent: part("motor_current"), temperature: part("temperature"),
     lift: "lift" in data.ground ? extended(arrays[data.ground.lift][0], () => undefined) : null,
     legs: data.feet.map((_, f) => f).filter((f) => data.feet[f].label),
   });
@@ -46,25 +46,31 @@ function tabulated(count, value) {
   return row;
 }
 
-// The limit at rest and at a speed in the torque's direction, as the budget takes it.
+// The limit at rest; infinite where there is none.
+function atRest(run, j) {
+  const {stall, cap} = run.data.limits;
+  return Math.min(stall[j] ?? Infinity, cap[j] ?? Infinity);
+}
+
+// The limit at a speed in the torque's direction, as the budget takes it.
 function limitRow(run, j) {
-  const stall = run.data.limits.stall[j] ?? Infinity, slope = run.data.limits.slope[j];
-  if (!slope || stall === Infinity) return new Float64Array(run.total).fill(stall);
+  const {stall, slope, cap} = run.data.limits, most = cap[j] ?? Infinity;
+  if (stall[j] === null) return new Float64Array(run.total).fill(most);
   const torque = run.torque[j], speed = run.speed[j];
-  return tabulated(run.total, (i) => Math.max(0, stall - slope * Math.sign(torque[i]) * speed[i]));
+  return tabulated(run.total, (i) => Math.max(0, Math.min(most, stall[j] - slope[j] * Math.sign(torque[i]) * speed[i])));
 }
 
 // Each row is computed when it is first read: a page opens with few of them.
 function derive(run) {
-  const {data, total} = run, joints = data.joints.length, feet = data.feet.length;
+  const {data, total} = run, {joints} = data, feet = data.feet.length;
   if (run.torque) {
-    run.limit = rowsWhenRead(joints, (j) => limitRow(run, j));
-    run.use = rowsWhenRead(joints, (j) => {
+    run.limit = rowsWhenRead(joints.length, (j) => limitRow(run, j));
+    run.use = rowsWhenRead(joints.length, (j) => {
       const torque = run.torque[j], limit = run.limit[j];
       return tabulated(total, (i) => (torque[i] === 0 ? 0 : Math.abs(torque[i]) / limit[i]));
     });
-    run.limited = data.limits.stall.some((stall) => stall !== null);
-    run.power = rowsWhenRead(joints, (j) => {
+    run.limited = joints.some((_, j) => atRest(run, j) < Infinity);
+    run.power = rowsWhenRead(joints.length, (j) => {
       const torque = run.torque[j], speed = run.speed[j];
       return tabulated(total, (i) => torque[i] * speed[i]);
     });
