@@ -216,6 +216,8 @@ def test_a_slope_too_steep_for_friction(run: Run) -> None:
     done = run("walk", "kharagpur", *options.split(), "--no-html")
     first = done.out.splitlines()[0]
     assert done.status == 3 and "40 degrees are too steep for friction of 0.7" in first
+    assert re.search(r"it slides back at [\d.]+ m/s; the ground", " ".join(done.out.split()))
+    assert "-" not in done.out.splitlines()[1] and "% of the nominal" not in done.out
 
 
 def test_obstacles_stand_above_the_line_between_footholds() -> None:

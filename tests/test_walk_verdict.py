@@ -13,12 +13,14 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from refusals import refused
 from synthetic import JOINTS, synthetic_trace
 
 import hexapod_pin as hp
 from hexapod_pin.commands.app import main
 from hexapod_pin.commands.terminal import DOES_NOT_WALK
 from hexapod_pin.control.commanded_body import planned_body
+from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.walk_verdict import WalkVerdict
 from hexapod_pin.robot.holding_torque import standing_torque
@@ -64,12 +66,35 @@ def test_a_glide_at_the_nominal_speed_walks() -> None:
     assert "\n" not in verdict.line and verdict.line.startswith("synthetic walks: 0.3 m in 3 s")
 
 
-@pytest.mark.parametrize(("speed", "walks"), [(0.081, True), (0.079, False), (-0.1, False)])
+@pytest.mark.parametrize(("speed", "walks"), [(0.081, True), (0.079, False), (-0.004, False)])
 def test_eighty_percent_of_the_nominal_speed_is_walking(speed: float, walks: bool) -> None:
     verdict = hp.walk_verdict(synthetic_trace(speed=speed, nominal_speed=0.1))
     assert verdict.walks is walks
     assert verdict.travel.speed_share == pytest.approx(10.0 * speed, rel=1e-12)
     assert walks or "of the nominal speed" in verdict.reason
+
+
+def test_motion_against_the_plan_is_told_by_its_speed() -> None:
+    """A robot on a steep slope made "-7704% of the nominal speed"."""
+    verdict = hp.walk_verdict(synthetic_trace(speed=-0.3, nominal_speed=0.1))
+    assert verdict.reason == "it slides back at 0.3 m/s"
+    assert "0.9 m back in 3 s (3 steady cycles), where the nominal speed is 0.1" in verdict.line
+    trace = synthetic_trace(speed=0.0, nominal_speed=0.0, turn_rate=0.2)
+    verdict = hp.walk_verdict(turned(trace, 2, -0.1 * trace.time))
+    assert verdict.reason == "it turns the other way at 5.7 deg/s"
+    assert "%" not in verdict.reason and not verdict.walks
+
+
+@pytest.mark.parametrize(
+    ("name", "values"), [("effort_limit", (5.0,) * 17), ("velocity_limit", (3.0,) * 19)]
+)
+def test_a_record_of_another_robot_is_refused(name: str, values: tuple[float, ...]) -> None:
+    """Its limits, and counts of limits met, ended in numpy's ValueError."""
+    with refused(ParameterError, f"run.robot.{name}", len(values), allowed=(18,)):
+        hp.walk_verdict(synthetic_trace(**{name: values}))
+    row = {"joint": "a", "limit_count": 1, "limit_time": 1.0, "stop_count": 0}
+    with refused(ParameterError, "Trace.limits", 1, allowed=(18,)):
+        hp.walk_verdict(synthetic_trace(limits=[row]))
 
 
 def test_yaw_of_a_straight_walk_is_an_error_with_its_sign() -> None:

@@ -70,21 +70,33 @@ class RobotFacts(Facts):
         return math.nan if self.total_mass is None else self.total_mass
 
     def effort(self, joints: int) -> Array:
-        """Return the torque limits of so many joints [N m]; infinite where there is none."""
-        return _limits(self.effort_limit, joints)
+        """Return the torque limits of so many joints [N m]; infinite where there is none.
+
+        Raises:
+            ParameterError: the record has limits of another number of joints.
+        """
+        return _limits("effort_limit", self.effort_limit, joints)
 
     def velocity(self, joints: int) -> Array:
-        """Return the rate limits of so many joints [rad/s]; infinite where there is none."""
-        return _limits(self.velocity_limit, joints)
+        """Return the rate limits of so many joints [rad/s]; infinite where there is none.
+
+        Raises:
+            ParameterError: the record has limits of another number of joints.
+        """
+        return _limits("velocity_limit", self.velocity_limit, joints)
 
     def radii(self, feet: int) -> Array:
         """Return the radii of so many contact points [m]; 0 where they are not known."""
         return np.zeros(feet) if self.foot_radius is None else np.array(self.foot_radius)
 
 
-def _limits(given: Sequence[float | None] | None, joints: int) -> Array:
+def _limits(name: str, given: Sequence[float | None] | None, joints: int) -> Array:
     if given is None:
         return np.full(joints, np.inf)
+    if len(given) != joints:
+        hint = "Robot and trace are of two runs: take both from one, or leave the limits out."
+        allowed = f"{joints} numbers, one for each joint of the trace"
+        raise ParameterError(f"run.robot.{name}", len(given), allowed, hint)
     return np.array([math.inf if limit is None else limit for limit in given], dtype=float)
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from hexapod_pin.arguments import checked
+from hexapod_pin.errors import ParameterError
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.run_record import Event
 from hexapod_pin.results.summary import Summary
@@ -35,6 +36,9 @@ from hexapod_pin.results.walk_causes import (
 
 LEAST_SHARE = 0.8
 """Fraction of the planned distance, and of the planned yaw, from which a robot walks."""
+
+BACKWARDS = 0.05
+"""Fraction of the planned distance, or yaw, from which a robot moves the other way."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,7 +138,11 @@ def walk_verdict(trace: Trace) -> WalkVerdict:
         >>> verdict = walk_verdict(trace)
         >>> print(verdict.line)
         >>> assert verdict.walks, verdict.advice
+
+    Raises:
+        ParameterError: the run's record has limits of another number of joints.
     """
+    _check_limits(trace)
     path, fall, events = travelled_path(trace), find_fall(trace), trace.events
     touches = [event for event in events if event.kind == "trunk-contact"]
     slip = slip_of(trace, path.nominal_speed)
@@ -164,6 +172,15 @@ def walk_verdict(trace: Trace) -> WalkVerdict:
     )  # fmt: skip
 
 
+def _check_limits(trace: Trace) -> None:
+    """Refuse a trace whose record is of a robot with other joints."""
+    count = len(trace.joint_names)
+    if trace.limits and len(trace.limits) != count:
+        allowed = f"{count} rows, one for each joint of the trace, or none"
+        hint = "The trace was put together of two runs: take both from one, or leave limits out."
+        raise ParameterError("Trace.limits", len(trace.limits), allowed, hint)
+
+
 def why_it_does_not_walk(path: TravelledPath, fall: Fall | None, touches: Sequence[Event]) -> str:
     """Return why a robot does not walk; empty where it does.
 
@@ -178,6 +195,11 @@ def why_it_does_not_walk(path: TravelledPath, fall: Fall | None, touches: Sequen
         return f"its trunk touched the ground at {touches[0].time:.3g} s ({touches[0].what})"
     for share, what in ((path.speed_share, "speed"), (path.turn_share, "yaw rate")):
         if share is not None and not share >= LEAST_SHARE:
+            if share <= -BACKWARDS and what == "speed":
+                return f"it slides back at {-path.measured_speed:.2g} m/s"
+            if share <= -BACKWARDS:
+                rate = math.degrees(abs(path.turn)) / (path.end - path.start)
+                return f"it turns the other way at {rate:.2g} deg/s"
             made = f"{share:.0%}".replace("-0%", "0%")
             return f"it makes {made} of the nominal {what}, less than {LEAST_SHARE:.0%}"
     return ""
@@ -228,7 +250,12 @@ def _distance(verdict: WalkVerdict) -> list[str]:
     count = path.cycles
     steady = "" if count is None else f" ({count} steady cycle{'s' * (count > 1)})"
     found = []
-    if path.speed_share is not None:
+    if path.speed_share is not None and path.speed_share <= -BACKWARDS:
+        found.append(
+            f"{-path.travelled_distance:.4g} m back in {time}{steady}, where the nominal speed is "
+            f"{path.nominal_speed:.4g} m/s ahead"
+        )
+    elif path.speed_share is not None:
         found.append(
             f"{path.travelled_distance:.4g} m in {time}{steady}, {path.speed_share:.1%} of the "
             f"nominal {path.nominal_speed:.4g} m/s"
