@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import gzip
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,7 +14,7 @@ from refusals import refused
 from synthetic import synthetic_trace
 
 import hexapod_pin as hp
-from hexapod_pin.errors import TraceFileError
+from hexapod_pin.errors import ParameterError, TraceFileError
 
 
 @pytest.fixture(scope="module")
@@ -58,6 +59,13 @@ def test_pandas_has_the_same_columns(trace: hp.Trace, tmp_path: Path) -> None:
     assert frame.shape == (len(trace.time), len(head) - 1)
     assert (frame.to_numpy(dtype=float) == rows[:, 1:]).all()
     assert (frame.index.to_numpy() == trace.time).all()
+    dataset = trace.to_dataset()
+    rows = math.prod(dataset.sizes.values())
+    with refused(ParameterError, "rows of to_dataframe", rows, about=("to_pandas",)):
+        dataset.to_dataframe()
+    part = dataset[["torque"]].to_dataframe()
+    assert part.shape[0] == trace.torque.size
+    assert (part["torque"].to_numpy() == trace.torque.ravel()).all()
 
 
 def test_a_compressed_table_is_the_same(trace: hp.Trace, tmp_path: Path) -> None:

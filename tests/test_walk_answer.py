@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from conftest import Run
+from test_gait import narrow_coxae
 
 import hexapod_pin as hp
 from hexapod_pin.ground.terrain import Ramp
@@ -208,6 +209,17 @@ def test_a_stair_higher_than_the_lift(run: Run) -> None:
         "walk", "kharagpur", *"--terrain stairs:0.03 --lift 0.04 --no-html --duration 10".split()
     )
     assert higher.status == 0
+
+
+def test_a_short_stroke_is_in_the_first_line_with_its_cause_and_a_cure(
+    run: Run, tmp_path: Path
+) -> None:
+    """Strokes of a fifth of the usual one walked "99.8 % of nominal" without a word."""
+    narrow_coxae(tmp_path)
+    done = run("walk", "narrow.urdf", "--no-html", "--duration", "0.2")
+    said = " ".join(done.out.split())
+    assert re.search(r"stroke [\d.]+ of 140 mm \(\w+_coxa_joint is at its limit", said[:160])
+    assert re.search(r"tried --posture longest-stroke: it leaves a stroke of [\d.]+ of 140", said)
 
 
 def test_a_slope_too_steep_for_friction(run: Run) -> None:

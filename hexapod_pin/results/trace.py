@@ -403,15 +403,19 @@ class Trace(Record):  # noqa: PLW1641  # no record has a hash
     def to_dataset(self) -> xarray.Dataset:
         """Return an xarray.Dataset: named axes, units, and what follows from the samples.
 
-        `xarray.open_dataset(path, engine="h5netcdf")` of a saved trace gives the same.
+        `xarray.open_dataset(path, engine="h5netcdf")` of a saved trace gives the same. Its
+        `to_dataframe()` is refused where it would have more than ten million rows: see `to_pandas`.
         """
-        return super().to_dataset().assign_attrs(trace_attributes(self))
+        from hexapod_pin.results.trace_dataset import TraceDataset
+
+        plain = super().to_dataset()
+        return TraceDataset(plain.data_vars, plain.coords, trace_attributes(self))
 
     def to_pandas(self) -> pandas.DataFrame:
         """Return a table for pandas: one row per sample, its time as index.
 
         Columns are those of a ".csv" file: a quantity, its joint, foot or axis, and its unit, such
-        as "foot_force.lf_foot.z [N]". (`to_dataset().to_dataframe()` would make a row for every
+        as "foot_force.lf_foot.z [N]". (`to_dataset().to_dataframe()` has a row for every
         combination of joint, foot, axis and time.)
         """
         import pandas
