@@ -177,8 +177,9 @@ def assembled(title: str, data: str, block: str) -> str:
 
 @cache
 def page_file(name: str) -> str:
-    """Return the text of one of the page's own files."""
-    return (Path(__file__).parent / "page" / name).read_text(encoding="utf-8")
+    """Return the text of one of the page's own files, its lines without indentation."""
+    text = (Path(__file__).parent / "page" / name).read_text(encoding="utf-8")
+    return re.sub(r"(?m)^[ \t]+", "", text)
 
 
 @cache

@@ -162,10 +162,10 @@ def channels(
             trace.foot_force, resolution(trace, "foot_force", trace.foot_force)
         )
         found["foot"] = block.add(trace.foot_position, FOOT_DIGITS)
-        found["down"] = block.add(trace.contact, 1.0)
+        found["down"] = block.add(trace.contact, 1.0, order=1)
         normal = _standing_normals(trace)
         if np.ptp(normal.reshape(-1, 3), axis=0).max(initial=0.0) > 0.0:
-            found["normal"] = block.add(normal, NORMAL_DIGITS)
+            found["normal"] = block.add(normal, NORMAL_DIGITS, order=1)  # it jumps, and rests
         else:
             found["normal"] = block.add(normal[:1], 1e-6)
         factor = friction(trace)
@@ -209,7 +209,7 @@ def friction(trace: Trace) -> Array | None:
 
 
 def header(trace: Trace, record: MotorRecord | None, margin: float | None) -> dict[str, Any]:
-    """Return verdict, gait, ground, contact, motor, accuracy and versions, in words.
+    """Return verdict, fall, gait, ground, contact, motor, accuracy and versions, in words.
 
     Args:
         trace: of the run.
@@ -217,8 +217,11 @@ def header(trace: Trace, record: MotorRecord | None, margin: float | None) -> di
         margin: the least one of steady walking [m]; None where it is not known.
     """
     run = trace.run
-    good, verdict = _verdict(trace, record, margin)
+    answer, verdict = _verdict(trace, record, margin)
+    fall = None if answer is None else answer.verdict.fall
     facts = {"gait": _gait(run.case.controller)}
+    if answer is not None and answer.verdict.cause:
+        facts["reason"] = answer.verdict.reason
     scene = run.scene
     if scene is not None:
         facts["ground"] = scene.terrain.kind
@@ -229,8 +232,9 @@ def header(trace: Trace, record: MotorRecord | None, margin: float | None) -> di
     facts["accuracy"] = _accuracy(trace)
     facts["version"] = run.versions.get("hexapod-pin", "")
     return {
-        "good": good,
+        "good": None if answer is None else answer.good,
         "verdict": verdict,
+        "fall": fall and {"time": fall.time, "how": fall.how},
         "facts": [[name, text] for name, text in facts.items() if text],
         "assumed": list(run.assumed),
     }
@@ -247,14 +251,15 @@ def _own_motor(motor: Motor | Mapping[str, Motor] | None) -> str:
 
 def _verdict(
     trace: Trace, record: MotorRecord | None, margin: float | None
-) -> tuple[bool | None, str]:
+) -> tuple[WalkAnswer | None, str]:
+    """Return the answer with its first line; else why there is none."""
     try:
         verdict, budget = walk_verdict(trace), budget_of(trace)
         motor = None if record is None or budget is None else motor_budget(trace, record)
         answer = WalkAnswer(verdict, budget, "", margin, motor, {}, 0.0)
     except HexapodError as error:
         return None, f"not judged: {error}"
-    return answer.good, answer.headline
+    return answer, answer.headline
 
 
 def _gait(controller: Mapping[str, Any]) -> str:

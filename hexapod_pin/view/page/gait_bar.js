@@ -28,10 +28,11 @@ const bar = {
       q.fillText(R.data.feet[f].label.slice(0, 6), 3, (leg + 0.5) * row + 3.5);
       q.fillStyle = legColor(leg);
       q.globalAlpha = leg === chosen ? 1 : 0.75;
+      const down = R.down[f];
       for (let i = 0; i < R.N;) {
-        if (!R.down[f][i]) { i++; continue; }
+        if (!down[i]) { i++; continue; }
         let k = i;
-        while (k < R.N && R.down[f][k]) k++;
+        while (k < R.N && down[k]) k++;
         const from = this.x(R.time[i]), to = this.x(R.time[Math.min(R.N - 1, k)]);
         q.fillRect(from, leg * row + 1.5, Math.max(1, to - from - 0.5), row - 3);
         i = k;
@@ -55,8 +56,8 @@ const bar = {
   peaks(q) {
     const groups = [];
     worst.map((row, k) => [this.x(row.time), k + 1]).sort((a, b) => a[0] - b[0]).forEach(([x, number]) => {
-      const last = groups.at(-1);
-      if (last && x - last.x < 52) last.numbers.push(number); else groups.push({x, numbers: [number]});
+      const last = groups.at(-1), least = x > this.width - 50 ? 110 : 52;  // there numbers stand on the left
+      if (last && x - last.x < least) last.numbers.push(number); else groups.push({x, numbers: [number]});
     });
     q.fillStyle = ink.hot;
     q.textAlign = "center";
@@ -78,15 +79,24 @@ const bar = {
         q.fillRect(this.x(load.start), 0, Math.max(3, this.x(load.end) - this.x(load.start)), h);
       } else if (load.kind === "lost") {
         line(load.start, "#7b3fa0");
-        const text = `${load.leg} lost`, x = this.x(load.start) + 3;
-        q.fillStyle = ink.bg;
-        q.fillRect(x, 1, q.measureText(text).width + 4, 12);
-        q.fillStyle = ink.ink;
-        q.textAlign = "left";
-        q.fillText(text, x + 2, 10);
+        this.flag(q, load.start, `${load.leg} lost`, 1);
       }
     }
     for (const event of R.data.events.slice(0, 200)) line(event.time, ink.hot);
+    if (R.data.fall) {
+      line(R.data.fall.time, ink.hot);
+      this.flag(q, R.data.fall.time, "falls", 15);
+    }
+  },
+
+  // A text beside a line, on its left where there is no room on the right.
+  flag(q, time, text, y) {
+    const wide = q.measureText(text).width + 4, right = this.x(time) + 3, x = right + wide > this.width ? right - wide - 6 : right;
+    q.fillStyle = ink.bg;
+    q.fillRect(x, y, wide, 12);
+    q.fillStyle = ink.ink;
+    q.textAlign = "left";
+    q.fillText(text, x + 2, y + 9);
   },
 
   cursor() {

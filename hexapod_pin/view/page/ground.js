@@ -55,28 +55,39 @@ function groundMaterial(data) {
 
 function groundGeometry(data) {
   const geometry = new THREE.BufferGeometry();
-  let corners, index;
+  const made = (name, numbers) => geometry.setAttribute(name, new THREE.BufferAttribute(numbers, 3));
   if (data.mesh) {
-    const [x, y, z] = arrays[data.mesh[0]];
-    corners = new Float32Array(3 * x.length);
-    x.forEach((_, k) => corners.set([x[k], y[k], z[k]], 3 * k));
-    index = Array.from(arrays[data.mesh[1]][0]);
+    const [x, y, z] = arrays[data.mesh[0]], corners = new Float32Array(3 * x.length);
+    for (let k = 0; k < x.length; k++) { corners[3 * k] = x[k]; corners[3 * k + 1] = y[k]; corners[3 * k + 2] = z[k]; }
+    made("position", corners);
+    geometry.setIndex(new THREE.BufferAttribute(Uint32Array.from(arrays[data.mesh[1]][0]), 1));
+    geometry.computeVertexNormals();
   } else {
-    const n = data.rows, columns = arrays[data.heights];
-    corners = new Float32Array(3 * n * n);
-    index = [];
-    const along = (axis, k) => data.low[axis] + (k / (n - 1)) * (data.high[axis] - data.low[axis]);
-    for (let r = 0; r < n; r++) {
-      for (let c = 0; c < n; c++) {
-        const k = r * n + c;
-        corners.set([along(0, c), along(1, r), columns[c][r]], 3 * k);
-        if (r < n - 1 && c < n - 1) index.push(k, k + 1, k + n + 1, k, k + n + 1, k + n);
+    const n = data.rows, columns = Array.from(arrays[data.heights]), corners = new Float32Array(3 * n * n), normals = new Float32Array(3 * n * n);
+    const [dx, dy] = [0, 1].map((axis) => (data.high[axis] - data.low[axis]) / (n - 1)), index = new Uint32Array(6 * (n - 1) * (n - 1));
+    let at = 0;
+    for (let c = 0; c < n; c++) {
+      const own = columns[c], left = columns[Math.max(0, c - 1)], right = columns[Math.min(n - 1, c + 1)];
+      const wide = (Math.min(n - 1, c + 1) - Math.max(0, c - 1)) * dx;
+      for (let r = 0; r < n; r++) {
+        const k = r * n + c, low = Math.max(0, r - 1), high = Math.min(n - 1, r + 1);
+        corners[3 * k] = data.low[0] + c * dx;
+        corners[3 * k + 1] = data.low[1] + r * dy;
+        corners[3 * k + 2] = own[r];
+        const a = (right[r] - left[r]) / wide, b = (own[high] - own[low]) / ((high - low) * dy), size = 1 / Math.sqrt(1 + a * a + b * b);
+        normals[3 * k] = -a * size;
+        normals[3 * k + 1] = -b * size;
+        normals[3 * k + 2] = size;
+        if (r < n - 1 && c < n - 1) {
+          index[at++] = k; index[at++] = k + 1; index[at++] = k + n + 1;
+          index[at++] = k; index[at++] = k + n + 1; index[at++] = k + n;
+        }
       }
     }
+    made("position", corners);
+    made("normal", normals);
+    geometry.setIndex(new THREE.BufferAttribute(index, 1));
   }
-  geometry.setAttribute("position", new THREE.BufferAttribute(corners, 3));
-  geometry.setIndex(index);
-  geometry.computeVertexNormals();
   geometry.computeBoundingBox();
   return geometry;
 }

@@ -201,7 +201,7 @@ function showCard() {
     }
     lines.push(["speed", `${v.speed.toFixed(3)} rad/s`], ["angle", `${(DEGREES * v.angle).toFixed(2)}\u00B0`]);
   }
-  const row = S.peak === null ? null : worst[S.peak];
+  const row = S.peak === null ? null : worst[S.peak], usual = lines.length;
   if (row) {
     lines.push([`worst ${row.what}`, shownNumber(row.value, row.unit, row.error)], ["at", `${row.time.toFixed(4)} s`]);
     const value = row.at ? null : valueAt(row, now());
@@ -216,6 +216,7 @@ function showCard() {
     const [label, value] = cardLines[k].children;
     if (label.textContent !== name) label.textContent = name;
     if (value.textContent !== text) value.textContent = text;
+    cardLines[k].classList.toggle("also", k >= usual);
   });
   cardLines.forEach((line, k) => {
     const display = k < lines.length ? "" : "none";

@@ -1,4 +1,5 @@
-// One loop draws everything that changed.
+// One loop draws everything that changed. The first picture is the scene; what is drawn about it and
+// the plots follow, a part in each of the next pictures.
 
 if (matchMedia("(prefers-color-scheme: dark)").matches) document.documentElement.classList.add("dark");
 readLink();
@@ -8,16 +9,19 @@ makePanels();
 makeControls();
 makeLayers();
 showLegend();
-const overlays = actors.map((actor) => new Overlays(actor));
+const overlays = [];
 
 function recolor() {
   readInks();
   colorScene();
-  for (const overlay of overlays) {
-    overlay.swings.forEach((path, k) => path.material.color.set(legColor(k)));
-    overlay.holds.material.color.setHex(isDark() ? 0xb7c1cc : 0x2f3a45);
-  }
+  for (const overlay of overlays) overlay.recolor();
   stale();
+}
+
+// What is left to make before all is shown; what needs all makes it at once.
+const left = actors.map((actor) => () => { overlays.push(new Overlays(actor)); });
+function makeAll() {
+  while (left.length) left.shift()();
 }
 
 const stat = {pictures: 0, scene: 0, graphics: 0, plots: 0,
@@ -36,7 +40,7 @@ function arrange() {
       actor.pose(before, gap > 0 ? (time - run.time[before]) / gap : 0);
     }
     actor.paint(at);
-    overlays[k].draw(at);
+    overlays[k]?.draw(at);
   });
   followRobot(i);
   const [x, y] = focusOf(R, i);
@@ -45,13 +49,16 @@ function arrange() {
   sun.castShadow = S.layers.shadow;
 }
 
-function readOut() {
+// Plots are drawn for so long [ms]; the others in the next picture.
+function readOut(longest = Infinity) {
+  const until = performance.now() + longest;
   world.updateWorldMatrix(true, true);
   viewer.camera.updateMatrixWorld();
-  actors.forEach((actor, k) => overlays[k].label(now(actor.run)));
+  overlays.forEach((overlay) => overlay.label(now(overlay.actor.run)));
   if (bar.stale) bar.draw();
   bar.cursor();
   for (const plot of plots) {
+    if (plot.stale && performance.now() > until) { dirty = true; continue; }
     if (plot.stale) plot.draw();
     plot.cursor();
   }
@@ -60,14 +67,18 @@ function readOut() {
 }
 
 function picture() {
-  const a = performance.now();
+  const a = performance.now(), opening = stat.all === undefined;
+  if (stat.pictures && left.length) left.shift()();
   arrange();
   const b = performance.now();
   viewer.renderer.render(viewer.scene, viewer.camera);
   const c = performance.now();
-  readOut();
+  readOut(opening ? (stat.pictures ? 12 : -1) : Infinity);
   const d = performance.now();
   stat.pictures++;
+  stat.first ??= d;
+  if (left.length) dirty = true;
+  else if (opening && !dirty) stat.all = d;
   stat.scene += b - a;
   stat.graphics += c - b;
   stat.plots += d - c;
@@ -104,7 +115,7 @@ showPlaying();
 // What a test or a program in the page may read and do.
 window.playback = {
   state: S, data: D, runs, worst, stat, plots, seek, play, select, zoom, jump, camera, setLayer, setRate, values: valuesNow, viewer, actors,
-  overlays, slip: () => slipOf(R), draw: () => { arrange(); readOut(); }, start, end: END,
+  overlays, slip: () => slipOf(R), draw: () => { makeAll(); arrange(); readOut(); }, start, end: END,
 };
 stat.ready = performance.now();
 requestAnimationFrame((at) => { lastTime = at; requestAnimationFrame(loop); });

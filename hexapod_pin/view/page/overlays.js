@@ -99,6 +99,7 @@ class Overlays {
     });
     this.place = new THREE.Vector3();
     this.makeNames();
+    this.recolor();
   }
 
   add(object) {
@@ -112,8 +113,8 @@ class Overlays {
     const count = Math.floor((run.N - 1) / every) + 1;
     this.every = every;
     const path = (color, point) => {
-      const object = this.add(dynamic(count, line(color), THREE.Line)), {position} = object.geometry.attributes;
-      for (let k = 0; k < count; k++) position.setXYZ(k, ...point(Math.min(run.N - 1, k * every)));
+      const object = this.add(dynamic(count, line(color), THREE.Line)), {array} = object.geometry.attributes.position;
+      for (let k = 0; k < count; k++) array.set(point(Math.min(run.N - 1, k * every)), 3 * k);
       return object;
     };
     const feet = run.force ? run.data.feet : [];
@@ -124,9 +125,10 @@ class Overlays {
     this.swings = run.legs.map((f, k) => path(legColor(k), (i) => sole(f, i)));
     const holds = [], slides = [];
     run.legs.forEach((f) => {
+      const down = run.down[f], grip = run.grip?.[f];
       for (let i = 1; i < run.N; i++) {
-        if (run.down[f][i] && !run.down[f][i - 1]) holds.push([f, i]);
-        if (run.grip && run.grip[f][i] >= SLIDES && (i % 4 === 0)) slides.push([f, i]);
+        if (down[i] && !down[i - 1]) holds.push([f, i]);
+        if (grip && i % 4 === 0 && grip[i] >= SLIDES) slides.push([f, i]);
       }
     });
     const marks = (list, geometry, color) => {
@@ -261,6 +263,11 @@ class Overlays {
     reserve.setXYZ(0, x, y, low + lift);
     reserve.setXYZ(1, foot[0], foot[1], foot[2] + lift);
     area.needsUpdate = rim.needsUpdate = reserve.needsUpdate = true;
+  }
+
+  recolor() {
+    this.swings.forEach((path, k) => path.material.color.set(legColor(k)));
+    this.holds.material.color.setHex(isDark() ? 0xb7c1cc : 0x2f3a45);
   }
 
   // Names are placed once the camera is.

@@ -88,7 +88,8 @@ function derive(run) {
       const [[x, a], [y, b], [z, c]] = along(f), press = run.press[f];
       return tabulated(total, (i) => {
         const k = moving ? i : 0, p = press[i];
-        return Math.hypot(x[i] - p * a[k], y[i] - p * b[k], z[i] - p * c[k]);
+        const dx = x[i] - p * a[k], dy = y[i] - p * b[k], dz = z[i] - p * c[k];
+        return Math.sqrt(dx * dx + dy * dy + dz * dz);  // hypot is several times slower
       });
     });
     run.mu = run.friction && ((f, i) => run.friction[f][run.friction[f].length > 1 ? i : 0]);
@@ -103,12 +104,18 @@ function derive(run) {
     }
   }
   const [x, y, z, w] = run.turn;
-  run.roll = tabulated(total, (i) => DEGREES * Math.atan2(
-    2 * (w[i] * x[i] + y[i] * z[i]), 1 - 2 * (x[i] * x[i] + y[i] * y[i])));
-  run.pitch = tabulated(total, (i) => DEGREES * Math.asin(
-    Math.max(-1, Math.min(1, 2 * (w[i] * y[i] - z[i] * x[i])))));
-  run.yaw = tabulated(total, (i) => Math.atan2(
-    2 * (w[i] * z[i] + x[i] * y[i]), 1 - 2 * (y[i] * y[i] + z[i] * z[i])));
+  const angles = {
+    roll: (i) => DEGREES * Math.atan2(2 * (w[i] * x[i] + y[i] * z[i]), 1 - 2 * (x[i] * x[i] + y[i] * y[i])),
+    pitch: (i) => DEGREES * Math.asin(Math.max(-1, Math.min(1, 2 * (w[i] * y[i] - z[i] * x[i])))),
+    yaw: (i) => Math.atan2(2 * (w[i] * z[i] + x[i] * y[i]), 1 - 2 * (y[i] * y[i] + z[i] * z[i])),
+  };
+  for (const [name, angle] of Object.entries(angles)) {
+    Object.defineProperty(run, name, {configurable: true, get() {
+      const value = tabulated(total, angle);
+      Object.defineProperty(run, name, {value});
+      return value;
+    }});
+  }
 }
 
 // The power of all joints together.
