@@ -66,7 +66,8 @@ def export(
         Path,
         typer.Argument(
             help="The file to write; its ending is the format: .xml MJCF for MuJoCo, .urdf the "
-            "repaired robot, .csv or .csv.gz the samples of a trace."
+            "repaired robot, .yaml the planned gait or the run as a joint trajectory of ROS 2, .mcap "
+            "a trace for viewers of robot data, .csv or .csv.gz its samples."
         ),
     ],
     gait: Annotated[
@@ -81,7 +82,7 @@ def export(
         typer.Option(help="Planned time [s]; default: that of the case, of a robot 10 s."),
     ] = None,
     rate: Annotated[
-        OptionalFloat, typer.Option(help="Keyframes per second [Hz]; default 50.")
+        OptionalFloat, typer.Option(help="Keyframes or points per second [Hz]; default 50.")
     ] = None,
     feet: Feet = None,
     foot_radius: FootRadius = None,
@@ -126,7 +127,7 @@ class Source:
         options: how a robot is loaded.
         gait: name of a robot's gait; None: the default one.
         duration: planned time [s]; None: that of the case.
-        rate: keyframes per second [Hz]; None: 50.
+        rate: keyframes or points per second [Hz]; None: 50.
     """
 
     context: typer.Context
@@ -234,7 +235,35 @@ def _csv(source: Source, path: Path) -> list[str]:
     return [f"wrote {path}"]
 
 
+def _mcap(source: Source, path: Path) -> list[str]:
+    """Write a trace for viewers of robot data."""
+    from hexapod_pin.interchange.mcap import write_mcap
+
+    write_mcap(source.trace, path)
+    return [f"wrote {path}: joints, foot forces, transforms and verdict as messages of ROS 2"]
+
+
+def _trajectory(source: Source, path: Path) -> list[str]:
+    """Write the set-points of a trace, or the planned gait of a robot or case."""
+    from hexapod_pin.control.kinematic import KinematicControl
+    from hexapod_pin.control.walk_plan import WalkPlan
+    from hexapod_pin.interchange.trajectory import write_joint_trajectory
+
+    rate = RATE if source.rate is None else source.rate
+    if source.kind == "trace":
+        write_joint_trajectory(source.trace, path, rate=rate, duration=source.duration)
+        return [f"wrote {path}: the set-points of the run at {rate:g} Hz"]
+    scene, controller, duration = source.walk
+    if not isinstance(controller, KinematicControl):
+        allowed = "a robot with a gait, a case with KinematicControl, or a trace for .yaml"
+        raise ParameterError("WHAT", source.what, allowed)
+    plan = WalkPlan(scene.robot, controller.gait)
+    write_joint_trajectory(plan, path, rate=rate, duration=duration)
+    return [f"wrote {path}: the planned gait, {duration:g} s from rest to rest at {rate:g} Hz"]
+
+
 WRITERS: Mapping[str, Callable[[Source, Path], list[str]]] = {
-    ".xml": _mjcf, ".urdf": _urdf, ".csv": _csv, ".csv.gz": _csv,
+    ".xml": _mjcf, ".urdf": _urdf, ".csv": _csv, ".csv.gz": _csv, ".mcap": _mcap,
+    ".yaml": _trajectory,
 }  # fmt: skip
 """Ending of the file to write -> what writes it and returns what is printed."""
