@@ -19,7 +19,7 @@ MOST_ROWS = 10_000_000
 """Rows of a table, at most."""
 
 
-class TraceDataset(xarray.Dataset):
+class TraceDataset(xarray.Dataset):  # type: ignore[no-untyped-call]  # of xarray's subclassing
     """An `xarray.Dataset` like any other; parts of it are one, too."""
 
     __slots__ = ()
@@ -32,9 +32,8 @@ class TraceDataset(xarray.Dataset):
         """
         rows = math.prod(self.sizes.values())
         if rows > MOST_ROWS:
-            allowed = (
-                f"at most {MOST_ROWS:g}, a row for every combination of {', '.join(self.sizes)}"
-            )
+            axes = ", ".join(str(axis) for axis in self.sizes)
+            allowed = f"at most {MOST_ROWS:g}: a row for every combination of {axes}"
             hint = (
                 "`trace.to_pandas()` has one row per sample; `dataset[['torque']].to_dataframe()` "
                 "has the axes of the torque alone."

@@ -20,6 +20,7 @@ from hexapod_pin.results.sizing.motor_budget import motor_budget
 from hexapod_pin.results.steady_window import steady_window
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.walk_answer import WalkAnswer
+from hexapod_pin.results.walk_causes import Slip
 from hexapod_pin.results.walk_verdict import walk_verdict
 from hexapod_pin.view.ground_shapes import Sizes, eye_level, ground_data, middle, terrain_of
 from hexapod_pin.view.robot_shapes import RobotShapes
@@ -222,6 +223,8 @@ def header(trace: Trace, record: MotorRecord | None, margin: float | None) -> di
     facts = {"gait": _gait(run.case.controller)}
     if answer is not None and answer.verdict.cause:
         facts["reason"] = answer.verdict.reason
+    if answer is not None and answer.verdict.slip is not None:
+        facts["slip"] = _slip(answer.verdict.slip)
     scene = run.scene
     if scene is not None:
         facts["ground"] = scene.terrain.kind
@@ -238,6 +241,15 @@ def header(trace: Trace, record: MotorRecord | None, margin: float | None) -> di
         "facts": [[name, text] for name, text in facts.items() if text],
         "assumed": list(run.assumed),
     }
+
+
+def _slip(slip: Slip) -> str:
+    """Return the slip of all feet over the way, and the foot that slips most."""
+    if slip.per_metre is None or slip.total is None:
+        return ""
+    most = max(slip.per_metre, key=slip.per_metre.__getitem__)
+    most_text = f"{100.0 * slip.per_metre[most]:.2g} %"
+    return f"{100.0 * slip.total:.2g} % of the way, all feet; most {most}, {most_text}"
 
 
 def _own_motor(motor: Motor | Mapping[str, Motor] | None) -> str:
