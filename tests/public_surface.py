@@ -48,7 +48,8 @@ SURFACE: Mapping[str, str] = {
         FootForceSensing Levelling SlipPid TouchDown VirtualSuspension
     """,
     "interchange": """
-        MjcfRobot read_mjcf write_mjcf
+        BusServo McapRecording MjcfRobot read_mcap read_mjcf ServoMount write_joint_trajectory
+        write_mcap write_mjcf write_servo_ticks
     """,
     "loads": """
         MassFactor RemovedMass
@@ -62,10 +63,6 @@ SURFACE: Mapping[str, str] = {
         load_torque_map MotorSelection open_sweep PeakVerdict PeakVerdicts RelativeObjective
         SweepResult SweepStudy TorqueMap TuningResult Uncertainty uncertainty WalkMetrics
         write_study
-    """,
-    "interchange": """
-        BusServo McapRecording read_mcap ServoMount write_joint_trajectory write_mcap
-        write_servo_ticks
     """,
     "results": """
         Checkpoint joint_moments JointMoments phase_torques PhaseTorques Stability TorqueBudget

@@ -66,8 +66,8 @@ def export(
         Path,
         typer.Argument(
             help="The file to write; its ending is the format: .xml MJCF for MuJoCo, .urdf the "
-            "repaired robot, .yaml the planned gait or the run as a joint trajectory of ROS 2, .mcap "
-            "a trace for viewers of robot data, .csv or .csv.gz its samples."
+            "repaired robot, .yaml the planned gait or the run as a joint trajectory of ROS 2, "
+            ".mcap a trace for viewers of robot data, .csv or .csv.gz its samples."
         ),
     ],
     gait: Annotated[

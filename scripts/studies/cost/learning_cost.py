@@ -14,7 +14,7 @@ import numpy as np
 
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
-from hexapod_pin.benchmark.engines.mujoco_engine import MujocoSettings
+from hexapod_pin.interchange.mjcf_text import MjcfOptions
 from hexapod_pin.text_table import Table
 from studies.cost.mujoco_twin import MujocoTwin
 from studies.cost.timing import Quartiles, interleaved
@@ -43,8 +43,8 @@ def learning_cost(*, duration: float = 4.0, rounds: int = 5, resets: int = 10_00
     steps = round(duration / 0.02)
     ours = {name: _walk(steps, **how) for name, how in SETTINGS.items()}
     exact = _walk(steps, accuracy=1e-8)()[1]
-    mujoco = {name: _mujoco(steps, MujocoSettings(step)) for name, step in MUJOCO.items()}
-    truth = _mujoco(steps, MujocoSettings(1e-4, "RK4", exact=True))()[1]
+    mujoco = {name: _mujoco(steps, MjcfOptions(step)) for name, step in MUJOCO.items()}
+    truth = _mujoco(steps, MjcfOptions(1e-4, "RK4", exact=True))()[1]
     subjects = {**ours, **{f"{TOGETHER}, {n}": _many(steps, **h) for n, h in SETTINGS.items()}}
     timed = {**subjects, **{f"MuJoCo {name}": run for name, run in mujoco.items()}}
     rates = interleaved({name: _rate(run) for name, run in timed.items()}, rounds)
@@ -117,7 +117,7 @@ def _many(steps: int, **how: Any) -> Walk:
     return run
 
 
-def _mujoco(steps: int, settings: MujocoSettings) -> Walk:
+def _mujoco(steps: int, settings: MjcfOptions) -> Walk:
     mj_step = import_module("mujoco").mj_step
     robot = hp.load_robot("kharagpur")
     scene = hp.Scene(robot, contact=hp.Contact.accurate().with_mu(0.7))
