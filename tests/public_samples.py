@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
 
 import hexapod_pin as hp
+from hexapod_pin.interchange.servo_ticks import SERVOS
 from hexapod_pin.robot.description.paper_robots import KHARAGPUR
 from hexapod_pin.robot.link_shapes import trunk_points
 
@@ -179,6 +181,17 @@ def _sizing() -> list[Any]:
     ]  # fmt: skip
 
 
+def _exchanged() -> list[Any]:
+    """What files of other programs hold."""
+    with TemporaryDirectory() as folder:
+        runs, model = Path(folder, "run.mcap"), Path(folder, "robot.xml")
+        return [
+            hp.interchange.ServoMount(1), SERVOS["dynamixel-x"],
+            hp.interchange.read_mcap(hp.interchange.write_mcap(trace(), runs)),
+            hp.interchange.read_mjcf(hp.interchange.write_mjcf(robot(), model, drawn=False)),
+        ]  # fmt: skip
+
+
 def _sweeps(folder: Path) -> list[Any]:
     """What many cases come to."""
     study = hp.study.SweepStudy.from_toml(STUDY + VARIED)
@@ -245,5 +258,6 @@ def samples(folder: Path) -> list[Any]:
         robot(), robot().legs[0], robot().feet[0], trunk_points(robot()), scene(), case(),
         scene().terrain.surface(), walk().plan(robot(), 1.0), walk().path(robot()),
         hp.load_catalog(), trace().error,
-        *specs(), *controllers(), *_results(), *_sizing(), *_sweeps(folder),
+        *specs(), *controllers(), *_results(), *_sizing(), *_exchanged(),
+        *_sweeps(folder),
     ]  # fmt: skip

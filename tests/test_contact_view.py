@@ -15,13 +15,13 @@ from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.commands.contact_report import (
-    PRESETS,
     examples,
     named_law,
     report,
     restitution_table,
 )
 from hexapod_pin.errors import ParameterError
+from hexapod_pin.ground.contact.contact import PRESETS
 from hexapod_pin.ground.contact.restitution import DAMPING_RATIO
 
 ROOT = Path(__file__).parent.parent

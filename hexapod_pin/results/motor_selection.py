@@ -332,6 +332,8 @@ def selection_answer(selection: MotorSelection) -> list[str]:
     others = [note for note in s.notes if note not in mixed]
     notes = [f"{len(s.assumed)} assumed", f"{len(s.unusable)} motors not compared"]
     kept = [note for note, parts in zip(notes, (s.assumed, s.unusable), strict=True) if parts]
+    if any(use.doubtful for one in shown for use in one.uses):
+        kept.insert(0, "? is too warm by the less favourable of the assumed thermal constants")
     lines += folded("; ".join([*others[:1], *kept, "--full has everything, --json, --csv all"]))
     return lines
 

@@ -109,8 +109,7 @@ class AccuracyControl:
         self._runs += 1
         self._evaluations += int(run.rollout.counters()["evaluations"])
         self._wall_time += run.wall_time if wall_time is None else wall_time
-        how = (run.settings.accuracy_text, refinement, run.time, run.wall_time)
-        LOG.debug("run of %s at refinement %d: %g s simulated in %.3g s", *how)
+        LOG.debug("a run at refinement %d has taken %.3g s", refinement, run.wall_time)
         if not run.good:
             self._diverged.append(run)
             return

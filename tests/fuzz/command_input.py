@@ -50,7 +50,7 @@ INPUTS: Mapping[str, tuple[str, ...]] = {
     "walk": ("--catalog", "--package-path"), "run": ("--import",), "check": ("--package-path",),
     "repair": ("--package-path",), "budget": ("--catalog-file", "--import"),
     "compare": ("--import",), "sweep": ("--import",), "select": ("--catalog",),
-    "view": ("--package-path",),
+    "view": ("--package-path",), "export": ("--import", "--package-path"),
 }  # fmt: skip
 """Options that name a file or folder to read."""
 

@@ -159,6 +159,11 @@ def _parts() -> list[Any]:
         hp.study.RelativeObjective({"torque_rms": 1.0}), hp.Servo.for_robot(material.robot()),
         hp.JointStops.for_robot(material.robot()), measurement,
         hp.interchange.ServoMount(1), SERVOS["dynamixel-x"],
+        hp.interchange.read_mjcf(
+            hp.interchange.write_mjcf(material.robot(), material.new_file("xml"), drawn=False)
+        ),
+        hp.rl.WalkEnv(material.robot(), duration=0.1), hp.rl.RewardWeights(),
+        hp.rl.WalkVectorEnv(2, material.robot(), duration=0.1),
         hp.interchange.read_mcap(
             hp.interchange.write_mcap(material.trace(), material.new_file("mcap"))
         ),
