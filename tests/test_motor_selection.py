@@ -118,7 +118,7 @@ def test_the_answer_is_in_the_first_ten_lines(selection):
     assert head < 3 and "of 5 motors pass all joints of 1 walks" in lines[head]
     first = selection.passing("femur")[0]
     assert lines[head + 3].startswith(f"{first.name} ") and head + 3 < 10
-    assert f"{len(selection.assumed)} assumed" in lines[-1]
+    assert f"{len(selection.assumed)} assumed" in " ".join(lines[-3:])
 
 
 def test_tables_tell_all(selection, tmp_path):
