@@ -67,7 +67,7 @@ def test_a_run_of_extrapolated_euler_bounds_its_error(scene: hp.Scene, accuracy:
     """Under set-points that are held and jump, where steps restart; the truth is another method's.
 
     Its steps know the error of their best result but one, which is far larger where steps begin
-    anew: bounds are 6 to 104 times the error.
+    anew: bounds of positions are 8 to 76 times their errors.
     """
     time = np.arange(0.0, DURATION, 0.01)
     walk = hp.motion.WalkPlan(scene.robot, TRIPOD)
@@ -77,7 +77,10 @@ def test_a_run_of_extrapolated_euler_bounds_its_error(scene: hp.Scene, accuracy:
     assert trace.run.numerics.method == "extrapolated-euler" and trace.accuracy_kept
     found = errors_of(trace, truth)
     for name, bound in trace.error.arrays.items():
-        assert found[name] <= bound[-1] <= 120.0 * found[name], name
+        assert found[name] <= bound[-1], name
+        if name in ("place", "turn", "joint"):
+            assert bound[-1] <= 100.0 * found[name], name
+    assert trace.error_estimate <= accuracy
 
 
 def test_the_numbers_of_the_summary_have_errors_that_hold():

@@ -13,9 +13,11 @@ import yaml
 from refusals import refused
 from rosbags.highlevel import AnyReader
 from synthetic import synthetic_trace
+from typer.testing import CliRunner
 
 import hexapod_pin as hp
 from hexapod_pin.arrays import same_bits
+from hexapod_pin.commands.app import app
 from hexapod_pin.errors import (
     JointRangeError,
     NotRecordedError,
@@ -193,8 +195,8 @@ def hermite(time: np.ndarray, q: np.ndarray, v: np.ndarray, at: np.ndarray) -> n
 
 def test_a_planned_gait_as_a_trajectory(plan: hp.motion.WalkPlan, tmp_path: Path) -> None:
     """YAML and MCAP hold the same; the controller's cubics follow the plan, and end at rest."""
-    told = {"rate": 50.0, "duration": 4.0}
-    text = hp.interchange.write_joint_trajectory(plan, tmp_path / "gait.yaml", **told)
+    timing = {"rate": 50.0, "duration": 4.0}
+    text = hp.interchange.write_joint_trajectory(plan, tmp_path / "gait.yaml", **timing)
     data = yaml.safe_load(text.read_text())
     assert data["joint_names"] == list(plan.robot.joint_names)
     points = data["points"]
@@ -204,7 +206,7 @@ def test_a_planned_gait_as_a_trajectory(plan: hp.motion.WalkPlan, tmp_path: Path
     since = [p["time_from_start"]["sec"] + p["time_from_start"]["nanosec"] / 1e9 for p in points]
     time = np.array(since)
     assert np.allclose(time, 2.0 + np.arange(201) / 50.0, atol=1e-9)
-    file = hp.interchange.write_joint_trajectory(plan, tmp_path / "gait.mcap", **told)
+    file = hp.interchange.write_joint_trajectory(plan, tmp_path / "gait.mcap", **timing)
     [[(_, message)]] = messages(file).values()
     assert list(message.joint_names) == data["joint_names"]
     assert same_bits(np.array([p.positions for p in message.points]), q)
@@ -357,3 +359,24 @@ def test_a_run_without_set_points_or_robot_gives_no_motion(tmp_path: Path) -> No
     found = hp.interchange.read_mcap(hp.interchange.write_mcap(unknown, tmp_path / "a.mcap"))
     assert found.urdf is None and same_bits(found.q, unknown.q)
     assert SET_POINTS in messages(tmp_path / "a.mcap")
+
+
+def test_the_command_exports_a_gait_and_a_run(trace: hp.Trace, tmp_path: Path) -> None:
+    """The plan of a robot as a trajectory that ends when it says, and a trace as an MCAP file."""
+    target = tmp_path / "gait.yaml"
+
+    def export(*words: str) -> Any:
+        return CliRunner().invoke(app, ["export", *words])
+
+    asked = ("kharagpur", str(target), "--gait", "tripod", "--duration")
+    assert export(*asked, "9").exit_code == 0
+    written = target.read_text()
+    last = yaml.safe_load(written)["points"][-1]["time_from_start"]
+    assert last["sec"] + 1e-9 * last["nanosec"] == pytest.approx(2.0 + 9.0)  # after the lead-in
+    short = export(*asked, "1")
+    assert short.exit_code == 2 and "--duration = 1.0: must be at least 7.8 s" in short.output
+    assert target.read_text() == written
+    run = trace.save(tmp_path / "walk.nc")
+    assert export(str(run), str(tmp_path / "walk.mcap")).exit_code == 0
+    read = hp.interchange.read_mcap(tmp_path / "walk.mcap")
+    assert np.array_equal(read.joint_position, trace.q[:, 7:])
