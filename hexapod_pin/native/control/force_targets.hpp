@@ -2,7 +2,6 @@
 // joints within the friction cone of every foot.
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <algorithm>
 #include <array>
@@ -12,6 +11,7 @@
 #include "control/stance_forces.hpp"
 #include "control/walk_table.hpp"
 #include "laws/vectors.hpp"
+#include "plant/small_lu.hpp"
 
 namespace hexapod {
 
@@ -37,15 +37,22 @@ struct LeastTorque {
 // Feet with smaller weights limit the others' forces less, in proportion.
 constexpr double kSmallShare = 0.2;
 
-// x of (a + damping) x = b, then improved against a: exact where a is far from singular, bounded elsewhere.
-template <class Matrix, class Vector>
-Vector solved_damped(const Matrix& a, double damping, const Vector& b) {
+// x of (a + damping) x = b for a positive definite a, then improved against a: exact where a is far from
+// singular, bounded elsewhere.
+template <int N>
+Eigen::Matrix<double, N, 1> solved_damped(const Eigen::Matrix<double, N, N>& a, double damping,
+                                          const Eigen::Matrix<double, N, 1>& b) {
   constexpr int kRefinements = 4;
-  Matrix damped = a;
-  damped.diagonal().array() += damping;
-  const Eigen::LDLT<Matrix> factors(damped);
-  Vector x = factors.solve(b);
-  for (int k = 0; k < kRefinements; ++k) x += factors.solve(b - a * x);
+  Eigen::Matrix<double, N, N> factors = a;
+  factors.diagonal().array() += damping;
+  factor_lu(factors);
+  Eigen::Matrix<double, N, 1> x = b;
+  solve_lu(factors, x);
+  for (int k = 0; k < kRefinements; ++k) {
+    Eigen::Matrix<double, N, 1> rest = b - a * x;
+    solve_lu(factors, rest);
+    x += rest;
+  }
   return x;
 }
 

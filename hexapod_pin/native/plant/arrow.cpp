@@ -43,7 +43,7 @@ void ArrowSystem::factor() {
     leg.w.noalias() = leg.g_inverse.lazyProduct(leg.l);
     base_.noalias() -= leg.u.lazyProduct(leg.w);
   }
-  factor6(base_);
+  factor_lu(base_);
 }
 
 void ArrowSystem::solve(Eigen::VectorXd& b) const {
@@ -54,7 +54,7 @@ void ArrowSystem::solve(Eigen::VectorXd& b) const {
     y = z;
     x.noalias() -= legs_[i].u.lazyProduct(z);
   }
-  solve6(base_, x);
+  solve_lu(base_, x);
   b.head<6>() = x;
   for (std::size_t i = 0; i < legs_.size(); ++i)
     b.segment<3>(6 + 3 * i).noalias() -= legs_[i].w.lazyProduct(x);

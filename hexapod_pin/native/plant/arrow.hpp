@@ -9,27 +9,9 @@
 #include "laws/vectors.hpp"
 #include "plant/dynamics.hpp"
 #include "plant/mount.hpp"
+#include "plant/small_lu.hpp"
 
 namespace hexapod {
-
-// In-place LU of a 6x6 without pivoting (diagonally dominant by the inertia), and its solve.
-inline void factor6(Mat6& a) {
-  for (int k = 0; k < 6; ++k) {
-    const double inverse = 1.0 / a(k, k);
-    for (int i = k + 1; i < 6; ++i) a(i, k) *= inverse;
-    for (int j = k + 1; j < 6; ++j)
-      for (int i = k + 1; i < 6; ++i) a(i, j) -= a(i, k) * a(k, j);
-  }
-}
-
-inline void solve6(const Mat6& lu, Vec6& x) {
-  for (int k = 0; k < 6; ++k)
-    for (int i = k + 1; i < 6; ++i) x[i] -= lu(i, k) * x[k];
-  for (int k = 5; k >= 0; --k) {
-    x[k] /= lu(k, k);
-    for (int i = 0; i < k; ++i) x[i] -= lu(i, k) * x[k];
-  }
-}
 
 class ArrowSystem {
  public:

@@ -27,11 +27,11 @@ void PrescribedSystem::add_foot(int /*foot*/, const BaseJacobian& jb, const LegJ
   base_.noalias() += jb.transpose().lazyProduct(xb);
 }
 
-void PrescribedSystem::factor() { factor6(base_); }
+void PrescribedSystem::factor() { factor_lu(base_); }
 
 void PrescribedSystem::solve(Eigen::VectorXd& b) const {
   Vec6 x = b.head<6>() - coupling_ * b.tail(coupling_.cols());
-  solve6(base_, x);
+  solve_lu(base_, x);
   b.head<6>() = x;
 }
 

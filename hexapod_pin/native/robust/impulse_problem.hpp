@@ -64,8 +64,8 @@ struct ImpulseProblem {
   // Solves m x = x in place; the matrix is overwritten.
   static void solve(Matrix& m, Vector& x) {
     if constexpr (N == 6) {
-      factor6(m);
-      solve6(m, x);
+      factor_lu(m);
+      solve_lu(m, x);
     } else {
       solve_dense(m, x);
     }
