@@ -13,6 +13,7 @@ from .control import feedback as feedback
 from .control import foot_control as foot_control
 from .control import motion as motion
 from .control import sensors as sensors
+from .control.firmware_control import FirmwareControl as FirmwareControl
 from .control.foot_control import FootControl as FootControl
 from .control.gait import Gait as Gait
 from .control.kinematic import KinematicControl as KinematicControl

@@ -21,9 +21,10 @@ sizing study terrain view
 
 SURFACE: Mapping[str, str] = {
     "": """
-        Blueprint Case compare Contact Flat FootControl Gait HeightField HoldPosture JointStops
-        KinematicControl load_case load_catalog load_robot load_summary load_sweep load_trace
-        LostLeg Motor motor_budget Payload Push register_controller Robot run_study run_sweep Scene
+        Blueprint Case compare Contact FirmwareControl Flat FootControl Gait HeightField HoldPosture
+        JointStops KinematicControl load_case load_catalog load_robot load_summary load_sweep
+        load_trace LostLeg Motor motor_budget Payload Push register_controller Robot run_study
+        run_sweep Scene
         select_motors Servo Session simulate simulate_batch Slope stability Stairs State Summary
         torque_budget torque_map Trace tune urdf_path walk_verdict
     """,

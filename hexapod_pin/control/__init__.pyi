@@ -24,6 +24,7 @@ from .feasible_gait import named_gait as named_gait
 from .feedback import Command as Command
 from .feedback import FeedbackController as FeedbackController
 from .feedback import Measurement as Measurement
+from .firmware_control import FirmwareControl as FirmwareControl
 from .foot_path import FootPath as FootPath
 from .gait import Gait as Gait
 from .gait_refusal import Clearance as Clearance

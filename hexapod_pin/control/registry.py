@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from hexapod_pin.control.arc_walk import ArcWalk
     from hexapod_pin.control.body_motion import BodyMotion
     from hexapod_pin.control.commanded_body import VelocityCommand
+    from hexapod_pin.control.firmware_control import FirmwareControl
     from hexapod_pin.control.foot_control.controller import FootControl
     from hexapod_pin.control.gait import Gait
     from hexapod_pin.control.joint_motion import JointMotion
@@ -123,6 +124,20 @@ def _foot_control(data: Mapping[str, Any]) -> FootControl:
     return control
 
 
+def _firmware(data: Mapping[str, Any]) -> FirmwareControl:
+    from hexapod_pin.control.firmware_control import FirmwareControl
+    from hexapod_pin.drive.firmware import Firmware
+
+    given = table(
+        data, "controller", required=("kind", "walk", "firmware"), optional=("command_period",)
+    )
+    if not isinstance(given["firmware"], Mapping):
+        raise ParameterError("controller.firmware", given["firmware"], "a table")
+    return FirmwareControl(
+        read_controller(given["walk"]), Firmware(**given["firmware"]), given.get("command_period")
+    )
+
+
 # A reader imports its class when it is called: a case uses one of them.
 
 _READERS: dict[str, Reader] = {
@@ -132,6 +147,7 @@ _READERS: dict[str, Reader] = {
     "hold": _hold,
     "held": _held,
     "joint-motion": _joint_motion,
+    "firmware": _firmware,
 }
 
 

@@ -7,6 +7,7 @@ from .catalog.identified import IdentifiedDrive as IdentifiedDrive
 from .catalog.identified import identified_drive as identified_drive
 from .catalog.identified import identified_drives as identified_drives
 from .catalog.motor_record import Derating as Derating
+from .firmware import Firmware as Firmware
 from .gear_friction import GearFriction as GearFriction
 from .joint_stops import JointStops as JointStops
 from .motor import Motor as Motor
