@@ -33,6 +33,9 @@ COMMANDS: tuple[tuple[str, ...], ...] = (
     ("sweep", "study.toml", "--processes", "2"),
     ("select", "kharagpur", "motors.toml", "--quick", "--no-html", "--catalog", "motors.csv"),
     ("bench", "kharagpur", "--quick", "--methods", "rk4", "--duration", "0.02", "--rounds", "1"),
+    ("export", "kharagpur", "robot.xml", "--duration", "0.5"),
+    ("export", "robot.urdf", "sound.urdf"), ("export", "case.toml", "gait.yaml"),
+    ("export", "walk.nc", "walk.mcap"), ("export", "walk.nc", "walk.csv.gz"),
     ("verify", "--only", "gait-form"), ("--version",), ("--help",), ("sweep", "--help"), ("view",),
 )  # fmt: skip
 """Commands that end soon, with files that `SOUND` lays down. `view` stays until Ctrl-C."""
@@ -42,9 +45,12 @@ OUTPUTS: Mapping[str, tuple[str, ...]] = {
     "contact": ("--out",), "sweep": ("--store", "--out", "--plot", "--report"),
     "select": ("--html", "--csv", "--store"),
     "compare": ("--html", "--figure", "--report", "--json", "--store"),
-    "bench": ("--out", "--plot"), "verify": ("--out",),
+    "bench": ("--out", "--plot"), "verify": ("--out",), "export": ("OUT",),
 }  # fmt: skip
-"""Options that name a file to write."""
+"""Options that name a file to write; "OUT": the word at `OUT` does."""
+
+OUT = 2
+"""Place of the word that names the file to write, in a command without an option for it."""
 
 INPUTS: Mapping[str, tuple[str, ...]] = {
     "walk": ("--catalog", "--package-path"), "run": ("--import",), "check": ("--package-path",),
@@ -71,6 +77,7 @@ ENDINGS: Mapping[str, tuple[str, ...]] = {
     "--report": (".html",),
     "repair --out": (".urdf",), "contact --out": (".png",), "bench --out": (".md", ".json", ".csv"),
     "verify --out": (".md",),
+    "export OUT": (".xml", ".urdf", ".yaml", ".mcap", ".csv", ".csv.gz"),
 }  # fmt: skip
 """Endings of files to write; of a trace where nothing is said here."""
 
@@ -254,7 +261,8 @@ def _odd_output(found: CommandInput, rng: random.Random) -> None:
     elif rng.random() < 0.2:
         path = rng.choice(list(sound_files()))
     found.words = _with_option(found.words, option, path, rng)
-    found.sound.append(f"{option}=usual{endings[0]}")
+    if option != "OUT":
+        found.sound.append(f"{option}=usual{endings[0]}")
 
 
 def _odd_names(ending: str) -> tuple[str, ...]:
@@ -304,6 +312,8 @@ _TAKEN: tuple[tuple[str, Callable[[Path], object]], ...] = (
 
 def _with_option(words: list[str], option: str, value: str, rng: random.Random) -> list[str]:
     """Return words with an option, in one word or two, in place of one that is there."""
+    if option == "OUT":
+        return [*words[:OUT], value, *words[OUT + 1 :]]
     if option in words[:-1]:
         k = words.index(option)
         words = [*words[:k], *words[k + 2 :]]
@@ -389,10 +399,12 @@ def _name_outputs(found: CommandInput, tree: WatchedFolder) -> None:
     """Note which files the command is told to write; what it reads it may not write."""
     name, words = found.words[0], found.words
     options, values, others = (*OUTPUTS.get(name, ()), "-o"), list[str](), list[str]()
-    for before, word in zip(["", *words], words, strict=False):
+    for k, (before, word) in enumerate(zip(["", *words], words, strict=False)):
         option, equals, value = word.partition("=")
-        if before in options or (equals and option in options):
-            values.append(word if before in options else value)
+        if before in options or (k == OUT and "OUT" in options):
+            values.append(word)
+        elif equals and option in options:
+            values.append(value)
         else:
             others.append(word)
     read = {tree.work / word for word in others if word in sound_files()}
