@@ -1,0 +1,254 @@
+"""The pieces of code of `docs/extending.md`, each run where the page has a reader put it.
+
+Laws are compiled into a copy of the core's headers and compared with the page's second formulas.
+"""
+
+from __future__ import annotations
+
+import inspect
+import os
+import re
+import shutil
+import subprocess
+from collections.abc import Mapping
+from pathlib import Path
+from textwrap import dedent
+from types import ModuleType, SimpleNamespace
+from typing import Any
+
+import contact_formulas
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+import hexapod_pin as hp
+from hexapod_pin.control import gait as gait_module
+from hexapod_pin.ground.contact import friction, normal
+from hexapod_pin.results import walk_metrics
+
+ROOT = Path(__file__).parents[1]
+NATIVE = ROOT / "hexapod_pin" / "native"
+COMPILER = shutil.which(os.environ.get("CXX", "g++")) or shutil.which("c++")
+needs_compiler = pytest.mark.skipif(COMPILER is None, reason="the laws are compiled")
+
+
+def pieces(section: str, language: str) -> list[str]:
+    """Return the blocks of a section in a language, in their order."""
+    text = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
+    part = text.partition(f"\n## {section}\n")[2].partition("\n## ")[0]
+    return [dedent(one) for one in re.findall(rf"```{language}\n(.*?)```", part, re.DOTALL)]
+
+
+def put(text: str, piece: str, before: str, *, indent: str = "") -> str:
+    """Put a piece before the one place where a text stands."""
+    assert text.count(before) == 1, before
+    lines = "".join(indent + line for line in piece.splitlines(keepends=True))
+    return text.replace(before, f"{lines}{before}")
+
+
+def defined(module: ModuleType, piece: str, **more: Any) -> dict[str, Any]:
+    """Return the names of a module after a piece of code was put at its end."""
+    names = {**vars(module), **more}
+    exec(compile(piece, "extending.md", "exec"), names)
+    return names
+
+
+def compiled(header: str, text: str, calls: str, folder: Path) -> np.ndarray:
+    """Return the numbers that calls print with a changed header, a row each."""
+    (folder / header).write_text(text, encoding="utf-8")
+    program = f'#include <cstdio>\n#include "{header}"\nusing namespace hexapod;\nint main() {{\n'
+    source = folder / "main.cpp"
+    source.write_text(f"{program}{calls}return 0;\n}}\n", encoding="utf-8")
+    command = [str(COMPILER), "-std=c++17", "-Wall", "-Werror", "-I.", "main.cpp", "-o", "main"]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert not done.returncode, done.stderr
+    printed = subprocess.run([folder / "main"], capture_output=True, text=True, check=True).stdout
+    return np.array([line.split() for line in printed.splitlines()], dtype=float)
+
+
+def set_fields(law: Any, kind: str) -> str:
+    """Return C++ that makes the native law of a Python one, by what its `native` hands over."""
+    given: dict[str, Any] = {}
+    seen = SimpleNamespace(_native=lambda name, **fields: given.update(fields, kind=name))
+    seen.__dict__.update(dict(law))
+    type(law).native(seen)
+    found = f"{kind}Law law;\nlaw.kind = {kind}Kind::{given.pop('kind')};\n"
+    if kind == "Normal":
+        given |= {"stiffness": law.stiffness, "exponent": law.exponent}
+    return found + "".join(f"law.{name} = {value!r};\n" for name, value in given.items())
+
+
+def second_formula(name: str, law: str, monkeypatch: pytest.MonkeyPatch, **laws: Any) -> Any:
+    """Return a function of `contact_formulas` with the branch of the page, and its instance."""
+    entry, branch = pieces(law, "python")[1:3]
+    for one, cls in laws.items():
+        monkeypatch.setattr(hp.contact, one, cls, raising=False)
+    source = inspect.getsource(getattr(contact_formulas, name))
+    before = "    else:\n" if name == "numpy_normal" else "    x, drop ="
+    names = defined(contact_formulas, put(source, branch, before, indent="    "))
+    (instance,) = eval(f"{{{entry}}}", names).values()
+    return names[name], instance
+
+
+@needs_compiler
+def test_the_normal_law(tmp_path, monkeypatch):
+    """Force and energy of the compiled law, its derivatives, and what the class states."""
+    cls = defined(normal, pieces("A normal law", "python")[0])["Hardening"]
+    formula, law = second_formula("numpy_normal", "A normal law", monkeypatch, Hardening=cls)
+    head, force, energy, release = pieces("A normal law", "cpp")[:4]
+    enum, _, field = (line for line in head.splitlines() if line.strip())
+    text = (NATIVE / "laws" / "normal.hpp").read_text(encoding="utf-8")
+    text, changed = re.subn(r"enum class NormalKind \{.*\};", enum, text)
+    assert changed == 1
+    text = put(text, f"{field}\n", "  double damping_depth = 1.0;")
+    text = put(text, force, "    if (damping_follows_spring()) {\n      const double gain")
+    text = put(text, energy, "    return depth > 0.0 ? spring_energy(stiffness")
+    text = put(text, release, "    return kind == NormalKind::hunt_crossley ? dissipation > 0.0")
+    points = [(d, r) for d in (1e-310, 1e-6, 1e-4, 3e-4) for r in (-0.5, -0.1, 0.0, 0.3)]
+    calls = set_fields(law, "Normal") + "".join(
+        f"{{ const NormalForce f = law({d!r}, {r!r}); std::printf("
+        '"%.17g %.17g %.17g %.17g %.17g %d\\n", f.force, f.elastic, f.d_depth, f.d_rate, '
+        f"law.energy({d!r}), law.can_release()); }}\n"
+        for d, r in points
+    )
+    found = compiled("normal.hpp", text, calls, tmp_path)
+    assert np.isfinite(found).all() and found[:, 5].all()
+    for (depth, rate), row in zip(points[4:], found[4:], strict=True):
+        expected = [
+            formula(law, depth, rate), formula(law, depth, 0.0),
+            np.imag(formula(law, depth + 1e-30j, rate)) / 1e-30,
+            np.imag(formula(law, depth, rate + 1e-30j)) / 1e-30,
+        ]  # fmt: skip
+        assert_allclose(row[:4], expected, rtol=1e-12)
+        nodes, weights = np.polynomial.legendre.leggauss(40)
+        depths = 0.5 * depth * (nodes + 1.0)
+        work = 0.5 * depth * weights @ [formula(law, one, 0.0) for one in depths]
+        assert_allclose(row[4], work, rtol=1e-6)  # the square root of depth at 0
+
+
+@needs_compiler
+def test_the_friction_law(tmp_path, monkeypatch):
+    """The compiled law, its slopes at rest and in sliding, and the creep of the class."""
+    section = "A friction law"
+    cls = defined(friction, pieces(section, "python")[0])["RootCoulomb"]
+    formula, law = second_formula("numpy_friction", section, monkeypatch, RootCoulomb=cls)
+    case, steepness, function = pieces(section, "cpp")
+    text = (NATIVE / "laws" / "friction.hpp").read_text(encoding="utf-8")
+    text = text.replace("brown_mcphee, bristle }", "brown_mcphee, bristle, root_coulomb }")
+    text = put(text, case, "      case FrictionKind::tanh_coulomb: return tanh_factor(")
+    text = put(text, steepness, "      case FrictionKind::tanh_coulomb: return slip_slope;")
+    text = put(text, function, "  static FrictionFactor from_values(")
+    speeds = (0.0, 1e-4, 0.02, 0.5)
+    calls = set_fields(law, "Friction") + "".join(
+        f"{{ const FrictionFactor f = law({s!r}); std::printf("
+        f'"%.17g %.17g %.17g\\n", f.ratio, f.tangent({s!r}), law.steepness()); }}\n'
+        for s in speeds
+    )
+    for speed, row in zip(speeds, compiled("friction.hpp", text, calls, tmp_path), strict=True):
+        slope = np.imag(formula(law, speed + 1e-30j)) / 1e-30
+        ratio = formula(law, speed) / speed if speed else slope
+        assert_allclose(row, [ratio, slope, 1.0 / law.speed], rtol=1e-12)
+    creep = law._creep(0.35)
+    assert_allclose(formula(law, creep), 0.35, rtol=1e-14)
+    assert law.limit == law.mu and law._creep(law.mu) == np.inf
+
+
+FLOW = """#pragma once
+#include <cmath>
+#include <memory>
+#include <valarray>
+namespace hexapod {
+using VectorXd = std::valarray<double>;
+struct Reference {};
+struct Plant {
+  static constexpr bool kPrescribed = false;
+  int modes = 0, ends = 0;
+  std::size_t joints() const { return 1; }
+  void find_modes(const VectorXd&, const VectorXd&, const VectorXd&) { ++modes; }
+  void stop_turned_back(VectorXd&) { ++ends; }
+};
+struct EnergyLedger { double work = 0.0; void add(double w) { work += w; } };
+template <class PlantT> struct ChartFlow {  // q' = v, v' = -q, w' = v^2
+  ChartFlow(PlantT&, Reference&) {}
+  void begin(const VectorXd& q, const VectorXd& v, VectorXd& y) { y = {q[0], v[0], 0.0}; }
+  void rate(double, const VectorXd& y, VectorXd& dy) { dy = {y[1], -y[0], y[1] * y[1]}; }
+  void rate_here(double t, const VectorXd& y, VectorXd& dy) { rate(t, y, dy); }
+  void state(double, const VectorXd& y, VectorXd& q, VectorXd& v) { q = {y[0]}; v = {y[1]}; }
+  void servo_demand(double, VectorXd& demand) { demand = 0.0; }
+  double w(const VectorXd& y) { return y[2]; }
+  void update_bristles(const VectorXd&) {}
+};
+}
+"""
+"""What the header of a method uses of the core, for a swinging mass, without Pinocchio."""
+
+SWING = """for (int steps : {50, 100}) {
+  Plant plant; Reference reference; EnergyLedger ledger; Heun<Plant> method(plant);
+  VectorXd q = {1.0}, v = {0.0};
+  const double h = 2.0 / steps;
+  for (int k = 0; k < steps; ++k) method.step(plant, reference, k * h, h, q, v, ledger);
+  const int missed = 2 * steps - plant.modes - plant.ends;
+  std::printf("%.17g %.17g %.17g %d\\n", q[0], v[0], ledger.work, missed);
+}
+"""
+
+
+@needs_compiler
+def test_the_integration_method(tmp_path):
+    """Its step has order 2, also in the work, and what it calls is in the core."""
+    header, unit = pieces("An integration method", "cpp")
+    for owner, file in (("flow", "methods/chart_flow.hpp"), ("plant", "plant/plant.hpp")):
+        real = (NATIVE / file).read_text(encoding="utf-8")
+        for name in set(re.findall(rf"\b{owner}\.(\w+)\(", header)):
+            assert re.search(rf"\b{name}\(", real), name
+    rk4 = (NATIVE / "methods" / "rk4.cpp").read_text(encoding="utf-8")
+    assert unit.replace("heun", "rk4").replace("Heun", "RungeKutta4") == rk4
+    (tmp_path / "methods").mkdir()
+    (tmp_path / "methods" / "chart_flow.hpp").write_text(FLOW, encoding="utf-8")
+    found = compiled("heun.hpp", header, SWING, tmp_path)
+    exact = [np.cos(2.0), -np.sin(2.0), 1.0 - np.sin(4.0) / 4.0]
+    coarse, fine = np.abs(found[:, :3] - exact)
+    assert_allclose(coarse / fine, 4.0, rtol=0.1)  # the next term of the error: a few per cent
+    assert fine.max() < 1e-3 and not found[:, 3].any()
+
+
+def test_the_gait(monkeypatch):
+    """It has the placements that the page has a test type again, and can be walked."""
+    (constructor,) = pieces("A gait", "python")
+    made = defined(gait_module, constructor)["sides"]
+    monkeypatch.setattr(hp.Gait, "sides", made, raising=False)
+    text = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
+    found = re.search(r"`\((Gait\.sides\(\), \(.*?\), \d)\)`", text)
+    assert found
+    gait, typed, fewest = eval(f"({found[1]})", {"Gait": hp.Gait})
+    legs: Mapping[str, float] = dict(
+        zip(("lf", "lm", "lr", "rf", "rm", "rr"), gait.phases, strict=True)
+    )
+    placed = [(legs[leg] - legs["lf"]) % 1.0 for leg in ("lf", "rf", "lm", "rm", "lr", "rr")]
+    assert_allclose(placed, typed, atol=1e-15)
+    swings = [sum((t - phase) % 1.0 >= gait.duty for phase in gait.phases) for t in FRACTIONS]
+    assert 6 - max(swings) == fewest
+    hp.motion.WalkPlan(hp.load_robot("kharagpur"), gait)
+
+
+FRACTIONS = (np.arange(600) + 0.5) / 600
+
+
+def test_the_metric():
+    """A walk's metrics have it, with its unit."""
+    field, value = pieces("A metric", "python")
+    source = inspect.getsource(walk_metrics)
+    source = put(source, field, "    heading_error: float | None", indent="    ")
+    source = put(source, value, '        "torque_peak": _largest(', indent="        ")
+    names = defined(walk_metrics, source)
+    scene = hp.Scene(hp.load_robot("kharagpur"))
+    walk = hp.KinematicControl(hp.Gait.tripod(stroke=0.06, cycle_time=0.8))
+    trace = hp.simulate(scene, walk, duration=3.0, method="implicit-euler", step=2e-3)
+    found = names["WalkMetrics"].of(trace.summary)
+    assert found.speed_peak == trace.summary.speed_peak.max()
+    assert names["METRICS"]["speed_peak"].unit == "rad/s"
+
+
+def test_the_log():
+    (block,) = pieces("Logging", "python")
+    exec(compile(block, "extending.md", "exec"), {})
