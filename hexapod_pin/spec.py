@@ -144,6 +144,46 @@ Radians = Annotated[float, AfterValidator(_within_turns)]
 """An angle [rad], or an angle in a second [rad/s]; one beyond a turn was meant in degrees."""
 
 
+def _in_metres(value: float) -> float:
+    """Return a length that a walking robot may have, or step over.
+
+    Raises:
+        ValueError: it is larger.
+    """
+    if abs(value) > LARGEST_LENGTH:
+        raise ValueError(f"at most {LARGEST_LENGTH:g} m; mm? {value:g} mm are {1e-3 * value:.4g} m")
+    return value
+
+
+LARGEST_LENGTH = 10.0
+"""Of a stroke, a lift, a step or a link [m]: three times a leg of 3 m, longer than any that walks.
+A larger number is in millimetres."""
+
+Metres = Annotated[float, AfterValidator(_in_metres)]
+"""A length of the size of legs [m]; one beyond `LARGEST_LENGTH` was meant in millimetres."""
+
+
+def _in_kilograms(value: float) -> float:
+    """Return a mass that a walking robot may have, or carry.
+
+    Raises:
+        ValueError: it is larger.
+    """
+    if value > LARGEST_MASS:
+        raise ValueError(
+            f"at most {LARGEST_MASS:g} kg; grams? {value:g} g are {1e-3 * value:.4g} kg"
+        )
+    return value
+
+
+LARGEST_MASS = 2000.0
+"""Of a robot, a part of it or its payload [kg]: four times a hexapod of 500 kg, among the heaviest
+that walk. A larger number is in grams."""
+
+Kilograms = Annotated[float, AfterValidator(_in_kilograms)]
+"""A mass [kg]; one beyond `LARGEST_MASS` was meant in grams."""
+
+
 def require_factor(factor: float, name: str = "factor") -> float:
     """Return a factor on a parameter.
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import dataclass
 
 WIDTH = 80
@@ -57,14 +59,31 @@ class Table:
         names = [[""] * (depth - len(parts)) + parts for parts in names]
         cells = [*zip(*names, strict=True), *self.texts()]
         widths = [max(self.least, *map(len, column)) for column in zip(*cells, strict=True)]
-        sides = self._sides(len(widths))
-        form = "  ".join(f"{{:{side}{width}}}" for side, width in zip(sides, widths, strict=True))
-        lines = [form.format(*line) for line in cells]
-        if sides.endswith("<"):
+        sides, most = self._sides(len(widths)), _columns.get()
+        if most and _total(widths) > most:
+            column, size = _foldable(widths, sides, most)
+            if size:
+                widths[column] = size
+                head = [part for line in cells[:depth] for part in _in_column(line, column, size)]
+                rows = [part for line in cells[depth:] for part in _in_column(line, column, size)]
+                cells, depth = [*head, *rows], len(head)
+        lines = list[str]()
+        for part in _blocks(widths, most):
+            lines += [""] * bool(lines) + self._block(cells, depth, widths, sides, part)
+        return [self.title, *lines] if self.title else lines
+
+    def _block(
+        self, cells: Sequence[Sequence[str]], depth: int, widths: Sequence[int], sides: str,
+        part: Sequence[int],
+    ) -> list[str]:  # fmt: skip
+        """Return the lines of some of the columns."""
+        form = "  ".join(f"{{:{sides[k]}{widths[k]}}}" for k in part)
+        lines = [form.format(*(line[k] for k in part)) for line in cells]
+        if sides[part[-1]] == "<":
             lines = [line.rstrip() for line in lines]
         if self.rule and depth:
-            lines.insert(depth, "-" * (sum(widths) + 2 * (len(widths) - 1)))
-        return [self.title, *lines] if self.title else lines
+            lines.insert(depth, "-" * _total([widths[k] for k in part]))
+        return lines
 
     def text(self) -> str:
         """Return `lines` as a text that ends with its last line."""
@@ -78,6 +97,59 @@ class Table:
 
     def _sides(self, count: int) -> str:
         return self.align[:count].ljust(count, self.align[-1])
+
+
+# Tables that are wider than the terminal: a column of texts is folded, or columns go below others.
+
+_columns: ContextVar[int] = ContextVar("columns", default=0)
+
+NARROWEST_TEXT = 24
+"""Width to which a column of texts is folded at least [characters]."""
+
+
+@contextmanager
+def fit_tables(columns: int) -> Iterator[None]:
+    """Make tables no wider than a number of characters, where they can be; 0: of any width."""
+    token = _columns.set(columns)
+    try:
+        yield
+    finally:
+        _columns.reset(token)
+
+
+def _total(widths: Sequence[int]) -> int:
+    return sum(widths) + 2 * (len(widths) - 1)
+
+
+def _foldable(widths: Sequence[int], sides: str, most: int) -> tuple[int, int]:
+    """Return the widest column of texts, and the width that it is to be folded to; 0: none."""
+    texts = [k for k in range(len(widths)) if sides[k] == "<"]
+    if not texts:
+        return 0, 0
+    widest = max(texts, key=lambda k: widths[k])
+    size = most - (_total(widths) - widths[widest])
+    return widest, size if size >= NARROWEST_TEXT else 0
+
+
+def _in_column(line: Sequence[str], column: int, size: int) -> list[tuple[str, ...]]:
+    """Return a line of a table in as many lines as one of its cells takes when folded."""
+    begin = line[column][: len(line[column]) - len(line[column].lstrip())]
+    parts = textwrap.wrap(
+        line[column].strip(), size, initial_indent=begin, subsequent_indent=f"{begin}  "
+    ) or [""]
+    first = (*line[:column], parts[0], *line[column + 1 :])
+    return [first, *(("",) * column + (x,) + ("",) * (len(line) - column - 1) for x in parts[1:])]
+
+
+def _blocks(widths: Sequence[int], most: int) -> list[list[int]]:
+    """Return the columns that stand beside each other; all begin with the first."""
+    blocks = [list(range(min(2, len(widths))))] if widths else []
+    for k in range(2, len(widths)):
+        if most and _total([widths[j] for j in (*blocks[-1], k)]) > most:
+            blocks.append([0, k])
+        else:
+            blocks[-1].append(k)
+    return blocks
 
 
 def cell_text(cell: Cell, number: str = ".4g", missing: str = "-") -> str:

@@ -10,6 +10,7 @@ import pytest
 
 import hexapod_pin as hp
 from hexapod_pin.errors import ArgumentError, ParameterError
+from hexapod_pin.robot.loading.load_options import LoadOptions
 
 ROBOT = hp.load_robot("kharagpur")
 GAIT = hp.Gait.tripod()
@@ -75,3 +76,45 @@ def test_degrees_are_no_radians(name: str) -> None:
     with pytest.raises(ParameterError, match="45 degrees are 0.7854 rad"):
         hp.Slope(angle=0.1, heading=45)
     assert getattr(hp.Gait.tripod(**{name: -6.28}), name) == -6.28
+
+
+@pytest.mark.parametrize(
+    ("call", "name", "text"),
+    [
+        (lambda: hp.Gait.tripod(stroke=150), "Gait.stroke", "mm? 150 mm are 0.15 m"),
+        (lambda: hp.Gait.tripod(lift=20), "Gait.lift", "mm? 20 mm are 0.02 m"),
+        (lambda: hp.Stairs(rise=30, run=0.3, count=2), "Stairs.rise", "mm? 30 mm are 0.03 m"),
+        (lambda: hp.Payload("base_link", 3500), "Payload.mass", "grams? 3500 g are 3.5 kg"),
+        (
+            lambda: hp.Scene(ROBOT, loads=[hp.Payload("base_link", 350)]),
+            "Scene.loads[0].mass", "grams? 350 g are 0.35 kg",
+        ),
+        (
+            lambda: hp.Scene(ROBOT, servo=hp.Servo(
+                kp=20, kd=0.3, motor=hp.Motor(stall_torque=1500, no_load_speed=6.0))),
+            "Scene.servo.motor[lf_coxa_joint].stall_torque", "N mm? 1500 N mm are 1.5 N m",
+        ),
+        (
+            lambda: hp.sizing.MotorRecord(
+                model="A", voltage=12.0, stall_torque=15.0, no_load_speed=6.18, stall_current=1.5),
+            "stall_torque", "Perhaps it is 15 kgf cm",
+        ),
+        (
+            lambda: hp.load_robot(ROBOT.source, options=LoadOptions(repair=True, mass=3500)),
+            "mass", "grams? 3500 g are 3.5 kg",
+        ),
+    ],
+)  # fmt: skip
+def test_numbers_in_other_units(call: Callable[[], Any], name: str, text: str) -> None:
+    """What no hexapod of 0.1 to 500 kg on legs of 0.03 to 3 m can have names the unit meant."""
+    with pytest.raises(ParameterError, match=re.escape(text)) as caught:
+        call()
+    assert caught.value.name.endswith(name)
+
+
+def test_the_largest_and_smallest_robots_are_within_the_units() -> None:
+    hp.Gait.tripod(stroke=3.0, lift=1.0, cycle_time=20.0)
+    hp.Payload("base_link", 1000.0)
+    hp.Scene(
+        ROBOT, servo=hp.Servo(kp=20, kd=0.3, motor=hp.Motor(stall_torque=1e6, no_load_speed=1e6))
+    )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from hexapod_pin.text_table import Table, cell_text, indented, labelled
+from hexapod_pin.text_table import Table, cell_text, fit_tables, indented, labelled
 
 ROWS = [("coxa", 1.25, 3), ("femur, left", math.nan, None), ("tibia", 123456.0, -1)]
 
@@ -53,3 +53,22 @@ def test_labels_and_an_empty_table():
     assert indented(labelled(rows)) == ["  mean speed  0.25 m/s", "  cost        -"]
     assert Table("", ("a", "bc"), []).lines() == ["a  bc", "-----"]
     assert Table("none", (), []).lines() == ["none"]
+
+
+def test_a_table_fits_the_terminal():
+    """A column of texts is folded where that is enough; other columns go below, with the first."""
+    words = "the joint of the left leg in front"
+    with fit_tables(40):
+        folded = Table("", ("what", "peak\n[N m]"), [(words, 1.25), ("tibia", 3.0)], "<>").lines()
+        blocks = Table("", ("t", *"abcde"), [("u", *5 * ["1234567890"])]).lines()
+    assert folded == [
+        "                                    peak",
+        "what                               [N m]",
+        40 * "-",
+        "the joint of the left leg in        1.25",
+        "  front                                 ",
+        "tibia                                  3",
+    ]
+    assert max(map(len, blocks)) <= 40 and blocks.count("") == 1
+    assert [line.split()[0] for line in blocks if line] == ["t", 37 * "-", "u", "t", 25 * "-", "u"]
+    assert max(map(len, Table("", ("what",), [(words * 3,)]).lines())) == 3 * len(words)

@@ -22,6 +22,7 @@ from hexapod_pin.commands.terminal import DOES_NOT_WALK
 from hexapod_pin.control.commanded_body import planned_body
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.trace import Trace
+from hexapod_pin.results.walk_answer import walk_answer
 from hexapod_pin.results.walk_verdict import WalkVerdict
 from hexapod_pin.robot.holding_torque import standing_torque
 
@@ -344,3 +345,19 @@ def test_ctrl_c_during_the_verdict_leaves_the_walk(
     assert done.err.startswith("hexapod-pin: no verdict on the peaks: interrupted after 1 of 3")
     assert "\nfemur " in done.out
     assert hp.load_trace("walk.nc").time[-1] == pytest.approx(1.2)
+
+
+def test_a_push_before_the_steady_part_is_seen() -> None:
+    """150 N throw the robot aside before its steady cycle, which alone shows nothing of it."""
+    push = hp.Push("base_link", force=(0.0, 150.0, 0.0), start=0.5, duration=0.1)
+    scene = hp.Scene(hp.load_robot("kharagpur"), loads=[push])
+    trace = hp.simulate(scene, hp.KinematicControl(TRIPOD), duration=3.0, accuracy=1e-3)
+    verdict = hp.walk_verdict(trace)
+    assert verdict.walks and verdict.travel.start >= 2.0 and verdict.push is not None
+    thrown = trace.q[-1, 1] - trace.q[np.searchsorted(trace.time, 0.5), 1]
+    assert verdict.push.offset == pytest.approx(thrown, rel=0.05) and thrown > 0.5
+    assert verdict.push.after is not None and 0.1 < verdict.push.after < 1.5
+    assert 0.5 < (verdict.push.torque or 0.0) <= np.abs(trace.torque).max()
+    assert f"pushed off its track by {thrown:.1f}"[:-1] in verdict.line
+    assert verdict.push.line in walk_answer(trace).headline
+    assert hp.walk_verdict(synthetic_trace()).push is None

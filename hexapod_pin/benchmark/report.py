@@ -256,10 +256,11 @@ def _titled(table: Table) -> str:
 
 
 def scene_text(comparison: Comparison) -> str:
-    """Return a scene's facts, tables and ratios as plain text."""
+    """Return a scene's advice, tables, facts and ratios as plain text, what decides first."""
     *levels, runs = tables(comparison)
-    lines = [f"\n{comparison.task.name}", *(f"- {line}" for line in facts(comparison)), ""]
-    lines += [table.text() for table in (runs, *levels)]
+    about = [line for line in facts(comparison) if line not in comparison.notes]
+    lines = [comparison.task.name, *comparison.notes, *(table.text() for table in levels)]
+    lines += [*(f"- {line}" for line in about), "", runs.text()]
     return "\n".join([*lines, *(comparison.ratios if has_engines(comparison) else ())])
 
 

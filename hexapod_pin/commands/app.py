@@ -29,6 +29,7 @@ from hexapod_pin.commands.sweep import sweep
 from hexapod_pin.commands.terminal import (
     FAILED,
     INTERRUPTED_TEXT,
+    columns,
     echo,
     fail,
     interrupted_status,
@@ -39,6 +40,7 @@ from hexapod_pin.commands.urdf_commands import check, repair
 from hexapod_pin.commands.walk import run, walk
 from hexapod_pin.errors import HexapodError, SimulationInterrupted, UrdfError
 from hexapod_pin.stop_signals import begin, received
+from hexapod_pin.text_table import fit_tables
 from hexapod_pin.user_file import outputs_of_command
 
 _ClickError: Any = next(x for x in typer.BadParameter.__mro__ if x.__name__ == "ClickException")
@@ -69,7 +71,7 @@ class _Commands(TyperGroup):
         """Run the command requested."""
         begin()
         try:
-            with _usage_errors(), outputs_of_command():
+            with _usage_errors(), outputs_of_command(), fit_tables(columns()):
                 return super().invoke(ctx)
         except KeyboardInterrupt:
             fail(INTERRUPTED_TEXT, interrupted_status())

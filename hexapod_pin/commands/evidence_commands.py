@@ -143,7 +143,6 @@ def _measure(
     settings.check()
     tasks = [find_task(name, options) for name in scenes]
     machine, done, interrupted = Machine.here(), [], False
-    echo(str(machine))
     for task in tasks:
         try:
             done.append(_one(task, settings, accuracy))
@@ -152,6 +151,7 @@ def _measure(
             interrupted = True
         if interrupted or done[-1].interrupted:
             break
+    echo(str(machine))
     if done:
         command = command_text(scenes, options, settings, accuracy)
         report = BenchmarkReport(machine, command, done)

@@ -27,7 +27,7 @@ def echo(text: str = "", *, err: bool = False) -> None:
     """
     import typer
 
-    shown, width = visible(text), _columns(err)
+    shown, width = visible(text), columns(err)
     if width and not shown.startswith(("{", "[")):
         shown = "\n".join(part for line in shown.split("\n") for part in fitted(line, width))
     typer.echo(shown, err=err)
@@ -51,12 +51,16 @@ def fitted(line: str, width: int) -> list[str]:
     begin = line[: len(line) - len(line.lstrip())]
     return textwrap.wrap(
         line.strip(), max(width, NARROWEST), initial_indent=begin,
-        subsequent_indent=begin + STANDS_IN * " ", break_long_words=False, break_on_hyphens=False,
+        subsequent_indent=begin + STANDS_IN * " ", break_on_hyphens=False,
     )  # fmt: skip
 
 
-def _columns(err: bool) -> int:
-    """Return the width that lines must fit, of the terminal or as COLUMNS has it; 0: any."""
+def columns(err: bool = False) -> int:
+    """Return the width that lines must fit, of the terminal or as COLUMNS has it; 0: any.
+
+    Args:
+        err: whether of stderr; else of stdout.
+    """
     stream = sys.stderr if err else sys.stdout
     given = os.environ.get("COLUMNS", "")
     if given.isdigit():

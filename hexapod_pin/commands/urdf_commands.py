@@ -168,6 +168,8 @@ def write_repaired(
         write_atomically(path, user_path(file).read_bytes())
     else:
         write_atomically(path, written.text)
+    done = "" if repaired.changes or moved else ": a copy, nothing to repair"
+    echo(f"wrote {path}{done}")
     for line in [
         *(f"note: {text}" for text in read.notes),
         *_report(repaired),
@@ -175,7 +177,6 @@ def write_repaired(
         *finding_lines(report.found),
     ]:
         echo(line)
-    echo(f"wrote {path}" + ("" if repaired.changes or moved else ": a copy, nothing to repair"))
 
 
 def _report(repaired: Repaired) -> list[str]:

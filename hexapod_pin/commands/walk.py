@@ -287,6 +287,12 @@ def walk(
     )  # fmt: skip
     if duration is None:
         case = until_steady(case)
+    late = [load for load in scene.loads if getattr(load, "start", 0.0) >= time]
+    if late:
+        raise ParameterError(
+            "--push, --lost-leg", late[0].start, f"before the run ends at {time:g} s",
+            "Begin earlier, or give a longer --duration.",
+        )  # fmt: skip
     if case_path is not None:
         echo(f"wrote {case.save(case_path)}", err=json)
 

@@ -248,8 +248,9 @@ def stroke_limit(robot: Robot, gait: Gait, wanted: float) -> str:
         gait: with the longest stroke that fits.
         wanted: stroke [m].
     """
-    stroke = min(wanted, BEYOND * gait.stroke)
-    longer = gait.with_changes(stroke=stroke, cycle_time=UNHURRIED)
+    longer = gait.with_changes(stroke=min(wanted, BEYOND * gait.stroke))
+    if gait.turn_rate == 0.0:  # paths of a turning gait depend on its cycle
+        longer = longer.with_changes(cycle_time=UNHURRIED)
     six = leg_group(robot)
     found = violation(six, longer) or collision(six, leg_bodies(robot), longer)
     return "" if found is None else found.brief

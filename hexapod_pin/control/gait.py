@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from pydantic import Field, model_serializer
 
 from hexapod_pin.errors import GaitError, ParameterError, UnknownNameError
-from hexapod_pin.spec import Radians, Spec
+from hexapod_pin.spec import Metres, Radians, Spec
 
 if TYPE_CHECKING:
     from pydantic import SerializerFunctionWrapHandler
@@ -127,9 +127,9 @@ class Gait(Spec):
     name: str = Field(default="custom", min_length=1)
     phases: Annotated[tuple[Phase, ...], Field(min_length=4, max_length=8)]
     duty: float = Field(gt=0.0, lt=1.0)
-    stroke: float = Field(default=0.14, ge=0.0)
+    stroke: Metres = Field(default=0.14, ge=0.0)
     cycle_time: float = Field(default=2.4, ge=1e-3, le=LONGEST_CYCLE)
-    lift: float = Field(default=0.02, ge=0.0)
+    lift: Metres = Field(default=0.02, ge=0.0)
     heading: Radians = 0.0
     turn_rate: Radians = 0.0
     leg_names: tuple[str, ...] | None = None
@@ -175,7 +175,8 @@ class Gait(Spec):
         time. What does not depend on time need be found only once for all cycle times.
         """
         turn = self.turn_rate * self.cycle_time
-        return self.with_changes(cycle_time=1.0, turn_rate=turn)
+        found = self.with_changes(cycle_time=1.0, turn_rate=0.0)
+        return found.model_copy(update={"turn_rate": turn})  # of a slow cycle more than a turn
 
     @property
     def minimum_feet_down(self) -> int:

@@ -259,7 +259,7 @@ def stability_lines(data: Mapping[str, Any], meanings: Mapping[str, str]) -> lis
         f"Stability of {data['robot_name']}",
         f"window: {window['start']:.4g} to {window['end']:.4g} s{cycles}",
         "",
-        *Table("", head, margins, "<>", False, ".2f", "none", least=8).lines(),
+        *Table("", head, margins, "<>", False, ".2f", "none", least=7).lines(),
         "",
         *Table(moved, (), sizes, least=max(map(len, meanings.values()))).lines(),
         "",

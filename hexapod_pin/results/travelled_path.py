@@ -1,4 +1,7 @@
-"""The travelled path of a run is compared with its plan, and a fall is found in its samples."""
+"""The travelled path of a run is compared with its plan; falls and what pushes did are found in it.
+
+The steady part of a walk may lie behind a push: what a push did is found from its start on.
+"""
 
 from __future__ import annotations
 
@@ -125,6 +128,100 @@ def _over_all(trace: Trace) -> TravelledPath:
         planned_turn=float(pose[-1, 2] - pose[0, 2]), turn=turn,
         least_distance=LEAST_STROKES * float(size.max() * body.gait.duty * body.gait.cycle_time),
     )  # fmt: skip
+
+
+# What pushes did to the path, from their start to the end of the run.
+
+SETTLED_SHARE = 0.1
+"""Of the distance that a push moved a robot, within which it has come to rest again (*assumed*)."""
+
+SETTLED = 2e-3
+"""The same distance at least [m] (*assumed*)."""
+
+RETURNED_SHARE = 0.5
+"""Of the largest distance from the track, below which a robot has come back to it (*assumed*)."""
+
+
+@dataclass(frozen=True)
+class PushEffect:
+    """What the pushes of a run did to the path of the trunk, its steady drift aside.
+
+    Attributes:
+        start: of the first push [s].
+        offset: largest distance of the trunk from its track afterwards [m].
+        left: what is left of it at the end of the run [m].
+        after: from `start` until it walks on as before, elsewhere or on its track [s]; None where
+            it has not by the end of the run.
+        torque: largest torque of a joint until then [N m]; None where torques were not recorded.
+        joint: that joint; empty where none is known.
+    """
+
+    start: float
+    offset: float
+    left: float
+    after: float | None
+    torque: float | None
+    joint: str
+
+    @property
+    def line(self) -> str:
+        """What the push did, in a few words."""
+        size = f"{1e3 * self.offset:.3g} mm" if self.offset < 1.0 else f"{self.offset:.3g} m"
+        if self.after is None:
+            return f"pushed off its track by {size}, still moved by it at the end"
+        word = "back" if self.left < RETURNED_SHARE * self.offset else "walks on"
+        return f"pushed off its track by {size}, {word} after {self.after:.2g} s"
+
+
+def find_push_effect(trace: Trace) -> PushEffect | None:
+    """Return what the pushes of a run did; None of a run without one before its end.
+
+    The trunk's displacement since the first push is compared with that of the plan. The drift of
+    the last cycle (without cycles of the last half) is taken for steady, and left out.
+    """
+    from hexapod_pin.scene.loads import Push
+
+    loads = () if trace.run.scene is None else trace.run.scene.loads
+    starts = [load.start for load in loads if isinstance(load, Push)]
+    time = trace.time
+    if not starts or min(starts) >= float(time[-1]):
+        return None
+    first = int(np.searchsorted(time, min(starts)))
+    time = time[first:]
+    if len(time) < 3:
+        return None
+    away = _off_plan(trace, first)
+    since = time - time[0]
+    cycle = trace.run.walk.cycle_time or np.inf
+    last = since >= since[-1] - min(cycle, 0.5 * since[-1])
+    away = away - np.outer(since, np.polyfit(since[last], away[last], 1)[0])
+    distance = np.linalg.norm(away, axis=1)
+    rest = np.linalg.norm(away - away[last].mean(axis=0), axis=1)
+    moved = rest > max(SETTLED, SETTLED_SHARE * float(distance.max()))
+    settled = int(np.flatnonzero(moved)[-1]) + 1 if moved.any() else 0
+    after = None if moved[last].any() else float(since[settled])
+    torque, joint = None, ""
+    if "torque" in trace.recorded:
+        sizes = np.abs(trace.torque[first : first + settled + 1])
+        worst = int(np.argmax(sizes.max(axis=0)))
+        torque, joint = float(sizes[:, worst].max()), trace.joint_names[worst]
+    left = float(np.linalg.norm(away[last].mean(axis=0)))
+    return PushEffect(float(time[0]), float(distance.max()), left, after, torque, joint)
+
+
+def _off_plan(trace: Trace, first: int) -> Array:
+    """Return how far the trunk is off its plan since a sample, both begun there. (T', 2) [m]."""
+    yaw = trunk_yaw(trace.q[first : first + 1])[0]
+    made = trace.q[first:, :2] - trace.q[first, :2]
+    try:
+        body = planned_body(trace.run.case.controller, trace.run.walk.nominal_speed)
+    except (ParameterError, GaitError, TypeError):
+        body = None
+    if body is None:
+        return np.asarray(made)
+    pose = body.pose_and_twist(trace.time[first:])[0]
+    planned = yawed(pose[:, :2] - pose[0, :2], np.full(len(pose), yaw - pose[0, 2]))
+    return np.asarray(made - planned)
 
 
 # Whether, when and how a robot fell, from the samples of a run.

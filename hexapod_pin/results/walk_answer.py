@@ -94,6 +94,8 @@ class WalkAnswer(Immutable):
         parts = [] if slip is None else [f"slip {_percent(slip)}"]
         if self.margin is not None:
             parts.append(f"margin {1e3 * self.margin:.0f} mm")
+        if verdict.push is not None:
+            parts.append(verdict.push.line)
         torque, speed = verdict.at_torque_limit, verdict.at_speed_limit
         for what, share in (("torque", torque), ("speed", speed)):
             if share.joints and not verdict.prescribed:
@@ -102,7 +104,8 @@ class WalkAnswer(Immutable):
                 )
         if self.caution:
             parts.append(self.caution)
-        if len(parts) == (slip is not None) + (self.margin is not None):
+        known = (slip, self.margin, verdict.push)
+        if len(parts) == len(known) - known.count(None):
             parts.append("prescribed motion" if verdict.prescribed else NO_LIMIT)
         return parts
 
@@ -123,6 +126,12 @@ class WalkAnswer(Immutable):
             found += self._motor_lines()
         if self.budget is None:
             return found + folded(self.too_short)
+        push, start = verdict.push, self.budget.window.start
+        if push is not None and push.torque is not None and push.start < start:
+            found += folded(
+                f"until then {push.joint} took up to {rounded(push.torque)} N m; the table is of "
+                f"steady walking from {start:.3g} s"
+            )
         return found + joint_table(self.budget.kinds, self.lightest, self.voltage).lines()
 
     def _motor_lines(self) -> list[str]:

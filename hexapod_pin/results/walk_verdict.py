@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass, fields
 from typing import Any
 
 from hexapod_pin.arguments import checked
@@ -19,8 +19,10 @@ from hexapod_pin.results.travelled_path import (
     TIPPED,
     TIPPED_TEXT,
     Fall,
+    PushEffect,
     TravelledPath,
     find_fall,
+    find_push_effect,
     travelled_path,
 )
 from hexapod_pin.results.walk_causes import (
@@ -74,6 +76,7 @@ class WalkVerdict(Immutable):
         advice: what to change; empty where it walks.
         change: the field of the gait to change, and its value; None where a run cannot try it.
         doubts: what in the robot's file makes torques doubtful, in short phrases.
+        push: what pushes did, from the first of them on; None of a run without one.
     """
 
     robot_name: str
@@ -98,6 +101,7 @@ class WalkVerdict(Immutable):
     cause: str = ""
     change: tuple[str, float] | None = None
     doubts: tuple[str, ...] = ()
+    push: PushEffect | None = None
 
     @property
     def walks(self) -> bool:
@@ -115,6 +119,7 @@ class WalkVerdict(Immutable):
         plain["travel"] = {f.name: getattr(self.travel, f.name) for f in fields(self.travel)}
         shares = ("measured_speed", "nominal_speed", "speed_share", "turn_share", "yaw_error")
         plain["travel"] |= {name: getattr(self.travel, name) for name in shares}
+        plain["push"] = self.push and asdict(self.push)
         plain["fall"] = self.fall and {"time": self.fall.time, "how": self.fall.how}
         plain["trunk_contact"] = self.trunk_contact and self.trunk_contact.to_dict()
         for name in ("slip", "at_torque_limit", "at_speed_limit", "lag"):
@@ -168,7 +173,7 @@ def walk_verdict(trace: Trace) -> WalkVerdict:
         prescribed=trace.run.prescribed,
         holds=trace.run.case.controller.get("kind") == "hold",
         reason=reason, advice=hint.text, cause=hint.cause, change=hint.change,
-        doubts=trace.run.robot.doubts,
+        doubts=trace.run.robot.doubts, push=find_push_effect(trace),
     )  # fmt: skip
 
 
@@ -229,6 +234,7 @@ def verdict_line(verdict: WalkVerdict) -> str:
         *_distance(verdict),
         "did not fall" if verdict.fall is None
         else f"fell at {verdict.fall.time:.3g} s ({verdict.fall.how})",
+        "" if verdict.push is None else verdict.push.line,
         _trunk(verdict), _slip(verdict), _limits(verdict), _accuracy(verdict), _doubt(verdict),
     ]  # fmt: skip
     return f"{verdict.robot_name} {_head(verdict)}: " + "; ".join(filter(None, parts))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -76,7 +76,8 @@ class UrdfReport(Immutable):
     def __str__(self) -> str:
         """Return the report as lines of text."""
         lines = [
-            f"{self.name} ({self.source})",
+            f"{self.name}: {self.verdict}",
+            f"file {self.source}",
             f"{self.links} links, {self.joints} joints ({self.moved_joints} move),"
             f" {self.total_mass:.6g} kg, {chains_text(self.chains)}",
             *recognised_lines(self),
@@ -84,7 +85,6 @@ class UrdfReport(Immutable):
             *(f"note: {text}" for text in self.notes),
             *finding_lines(self.found),
             *(f"REFUSED: {text}" for text in folded_texts(self.refusals)),
-            self.verdict,
         ]
         return "\n".join(lines)
 
@@ -92,12 +92,16 @@ class UrdfReport(Immutable):
     def verdict(self) -> str:
         """Whether the file can be used and, where it cannot, whether a repair changes that."""
         if self.ok:
-            return "accepted"
+            doubtful = _kinds(one for one in self.found if one.severity != "refused")
+            return f"accepted; suspicious: {doubtful}" if doubtful else "accepted"
+        refusing = _kinds(one for one in self.found if one.severity == "refused")
+        why = "; ".join(filter(None, (refusing, *folded_texts(self.refusals, MOST_PARTS))))
         if not self.left:
-            return "refused; `hexapod-pin repair` repairs it"
+            return f"refused: {why}; `hexapod-pin repair` repairs it"
         if self.left == self.findings:
-            return "refused; no repair changes that"
-        return f"refused; a repair would leave this: {'; '.join(folded_texts(self.left))}"
+            return f"refused: {why}; no repair changes that"
+        left = "; ".join(folded_texts(self.left, MOST_PARTS))
+        return f"refused: {why}; a repair would leave this: {left}"
 
     @property
     def refused_lines(self) -> list[str]:
@@ -106,6 +110,16 @@ class UrdfReport(Immutable):
             *finding_lines(one for one in self.found if one.severity == "refused"),
             *(f"REFUSED: {text}" for text in folded_texts(self.refusals)),
         ]
+
+
+MOST_PARTS = 3
+"""Parts that the verdict names for one fault."""
+
+
+def _kinds(findings: Iterable[Finding]) -> str:
+    """Return the kinds of findings, each with the number of its places."""
+    counts = Counter(one.what for one in findings)
+    return ", ".join(f"{kind} ({n})" if n > 1 else kind for kind, n in counts.most_common())
 
 
 def recognised_lines(report: UrdfReport) -> list[str]:

@@ -19,7 +19,7 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.robot.description.solids import INERTIA_RELATIVE_TOLERANCE, symmetric_matrix
 from hexapod_pin.robot.loading.pin_model import placement
-from hexapod_pin.spec import Spec
+from hexapod_pin.spec import Kilograms, Spec
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.robot import Robot
@@ -51,7 +51,7 @@ class Payload(Spec):
 
     kind: Literal["payload"] = "payload"
     link: Name
-    mass: PositiveFloat
+    mass: Annotated[Kilograms, Field(gt=0.0)]
     position: Triple = (0.0, 0.0, 0.0)
     inertia: Moments | None = None
 
@@ -275,18 +275,29 @@ def load_to_dict(load: Load) -> dict[str, Any]:
     return load.model_dump(exclude_none=True)
 
 
+MOST_CARRIED = 50.0
+"""Payload over the robot's own mass [-]: walking machines carry up to a few times their mass, ants
+up to fifty times theirs. A heavier payload was given in grams."""
+
+
 def checked_loads(robot: Robot, loads: Sequence[Load]) -> tuple[Load, ...]:
     """Return the loads of a scene, checked against its robot.
 
     Raises:
-        ParameterError: not a sequence of loads, or a leg that is lost twice.
+        ParameterError: not a sequence of loads, a leg that is lost twice, or a payload of more than
+            `MOST_CARRIED` times the robot's mass.
         UnknownNameError: a link or leg that the robot does not have; names the load.
     """
     if not isinstance(loads, Sequence) or not all(isinstance(x, Load) for x in loads):
         names = ", ".join(kind.__name__ for kind in KINDS.values())
         raise ParameterError("Scene.loads", loads, f"a list of {names}")
     lost: set[str] = set()
+    most = MOST_CARRIED * robot.total_mass
     for index, load in enumerate(loads):
+        if isinstance(load, Payload) and robot.legs and load.mass > most:
+            allowed = f"at most {most:.4g} kg, {MOST_CARRIED:g} times the robot's mass"
+            hint = f"grams? {load.mass:g} g are {1e-3 * load.mass:.4g} kg."
+            raise ParameterError(f"Scene.loads[{index}].mass", load.mass, allowed, hint)
         part = "leg" if isinstance(load, LostLeg) else "link"
         try:
             if isinstance(load, LostLeg):

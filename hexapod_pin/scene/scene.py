@@ -20,8 +20,9 @@ from hexapod_pin.file_schema import check_data
 from hexapod_pin.ground.contact import Contact
 from hexapod_pin.ground.terrain import AnyTerrain, Flat, Plane
 from hexapod_pin.immutable import Immutable
+from hexapod_pin.robot.holding_torque import STANDARD_GRAVITY
 from hexapod_pin.robot.link_shapes import trunk_points
-from hexapod_pin.robot.robot import Robot, once_per_robot, scratch_data
+from hexapod_pin.robot.robot import Robot, leg_length, once_per_robot, scratch_data
 from hexapod_pin.scene.canonical_text import TEXTS, canonical_text, joined
 from hexapod_pin.scene.loaded_model import models_by_mass
 from hexapod_pin.scene.loads import (
@@ -42,6 +43,39 @@ if TYPE_CHECKING:
 
     from hexapod_pin.arrays import Array
     from hexapod_pin.robot.state import State
+
+
+MOST_TORQUE = 100.0
+"""Stall torque of a joint's motor over the robot's weight times the length of its legs [-].
+
+Eighteen geared motors of at most 120 N m/kg weigh so much that no robot with legs of 0.03 m or more
+gets beyond 23. A larger torque is in N mm."""
+
+SERVO_SPEED = 100.0
+"""No-load speed from which a motor is an ideal one, whose torque may be anything [rad/s]."""
+
+
+def _check_motors(scene: Scene) -> None:
+    """Refuse motors whose torque is in another unit; robots with doubtful masses have any.
+
+    Raises:
+        ParameterError: a stall torque is beyond `MOST_TORQUE`.
+    """
+    robot, servo = scene.robot, scene.servos
+    if servo.motor is None or not robot.legs or robot.doubts:
+        return
+    carried = math.fsum(load.mass for load in scene.loads if isinstance(load, Payload))
+    most = MOST_TORQUE * (robot.total_mass + carried) * STANDARD_GRAVITY * leg_length(robot)
+    for name, motor in zip(robot.joint_names, servo.motors(robot), strict=True):
+        if motor is None or motor.no_load_speed > SERVO_SPEED or motor.stall_torque <= most:
+            continue
+        torque = motor.stall_torque
+        allowed = (
+            f"at most {most:.4g} N m, {MOST_TORQUE:g} times the robot's weight at the length of "
+            "its legs"
+        )
+        hint = f"N mm? {torque:g} N mm are {1e-3 * torque:.4g} N m."
+        raise ParameterError(f"Scene.servo.motor[{name}].stall_torque", torque, allowed, hint)
 
 
 @checked
@@ -84,6 +118,7 @@ class Scene(Immutable):
             ParameterError: gravity is not three finite numbers, `loads` holds something else, more
                 mass is removed from a link than it has, the trunk for body contact has no known
                 shape, or a leg is to be lost whose joints follow a motion.
+            ParameterError: a motor's torque is beyond `MOST_TORQUE`.
             UnknownNameError: a load on a link or leg that the robot does not have.
         """
         if self.servo is None:
@@ -102,6 +137,7 @@ class Scene(Immutable):
                 "Scene.body_contact", True, f"False: the trunk of {self.robot.name} has no shape",
                 "Give its base link collision shapes.",
             )  # fmt: skip
+        _check_motors(self)
         if self.prescribed and any(isinstance(load, LostLeg) for load in self.loads):
             raise ParameterError(
                 "Scene.prescribed", True, "False with a LostLeg",

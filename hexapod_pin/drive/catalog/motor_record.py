@@ -129,6 +129,9 @@ class MotorRecord(Spec):
             allowed = f"at most the stall torque, {self.stall_torque:g} N m"
             raise ParameterError("rated_torque", self.rated_torque, allowed)
         _check_plausible(self.stall_torque, self.mass, self.no_load_speed)
+        if self.no_load_speed is not None and self.stall_current is not None:
+            power = self.voltage * self.stall_current
+            _check_power(self.stall_torque, self.no_load_speed, power)
         if self.armature is not None and not self.armature_source.strip():
             hint = 'Write "measured", a page, or leave the armature empty.'
             raise ParameterError("armature_source", "", "where the armature is from", hint)
@@ -276,6 +279,37 @@ def _check_plausible(stall: float, mass: float | None, speed: float | None) -> N
         hint = f"Perhaps it is in rpm: {speed:g} rpm are {speed * math.pi / 30.0:.3g} rad/s."
         allowed = f"at most {HIGHEST_SPEED:g} rad/s, behind the gear"
         raise ParameterError("no_load_speed", speed, allowed, hint)
+
+
+LARGEST_POWER_RATIO = 3.0
+"""Stall torque times no-load speed over what the motor draws at a stall, at most [-].
+
+Of a DC motor without losses it is 1, as the torque constant is the voltage constant; losses of the
+gear lower it. The catalogue has 0.39 to 1.28: data sheets round."""
+
+
+def _check_power(stall: float, speed: float, power: float) -> None:
+    """Refuse a torque or a speed that is in another unit, by the power drawn at a stall [W].
+
+    Raises:
+        ParameterError: the motor would give more power than it takes.
+    """
+    ratio = stall * speed / power
+    if ratio <= LARGEST_POWER_RATIO:
+        return
+    meant = {f"{stall:g} {unit}": to * ratio for unit, to in TORQUE_UNITS.items()}
+    if speed > SLOW_SPEED:
+        meant[f"a speed of {speed:g} rpm"] = ratio * math.pi / 30.0
+    near = min(meant, key=lambda text: abs(math.log(meant[text] / USUAL_POWER_RATIO)))
+    allowed = f"at most {LARGEST_POWER_RATIO * power / speed:.3g} N m at this speed and current"
+    raise ParameterError("stall_torque", stall, allowed, f"Perhaps it is {near}.")
+
+
+SLOW_SPEED = 15.0
+"""Up to which a servo's speed is in rad/s: in rpm hardly one is so slow."""
+
+USUAL_POWER_RATIO = 0.7
+"""Middle of the catalogue [-]: which unit was meant."""
 
 
 # The rotor's inertia where nobody has published it: estimated from servos that were identified.

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field
 
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.spec import Radians, Spec
+from hexapod_pin.spec import Metres, Radians, Spec
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -26,6 +26,9 @@ Place = Annotated[float, Field(ge=-FARTHEST_M, le=FARTHEST_M)]
 
 Size = Annotated[float, Field(gt=0.0, le=FARTHEST_M)]
 """A length [m]."""
+
+Height = Annotated[Metres, Field(gt=0.0)]
+"""What a leg is to step over, or off [m]."""
 
 Heading = Radians
 """A direction in the horizontal plane, from x to y [rad]."""

@@ -13,7 +13,14 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from hexapod_pin.ground.terrain.ground import MAX_FACE_ANGLE_RAD, Ground, Heading, Place, Size
+from hexapod_pin.ground.terrain.ground import (
+    MAX_FACE_ANGLE_RAD,
+    Ground,
+    Heading,
+    Height,
+    Place,
+    Size,
+)
 from hexapod_pin.immutable import Immutable
 
 if TYPE_CHECKING:
@@ -41,7 +48,7 @@ class Stairs(Ground):
     """
 
     kind: Literal["stairs"] = "stairs"
-    rise: Size
+    rise: Height
     run: Size
     count: Annotated[int, Field(ge=1, le=1000)]
     start: Place = 0.0
@@ -91,7 +98,7 @@ class Ledge(Ground):
     """
 
     kind: Literal["ledge"] = "ledge"
-    height: Size
+    height: Height
     edge: Place = 0.0
     heading: Heading = 0.0
 
@@ -114,7 +121,7 @@ class Groove(Ground):
     kind: Literal["groove"] = "groove"
     angle_left: FaceAngle
     angle_right: FaceAngle
-    depth: Size = 0.05
+    depth: Height = 0.05
     bottom: Place = 0.0
     heading: Heading = 0.0
 

@@ -19,11 +19,13 @@ from hexapod_pin.robot.description import urdf_writer as xml
 from hexapod_pin.robot.description.leg_names import LEG_NAMES
 from hexapod_pin.robot.description.solids import Vector, box_inertia, point_inertia, rod_inertia
 from hexapod_pin.robot.description.urdf_writer import Shape
-from hexapod_pin.spec import Spec
+from hexapod_pin.spec import Kilograms, Metres, Spec
 
 # The parts of a hexapod as validated numbers: trunk, leg segments with their joints, hips.
 
 Positive = Annotated[float, Field(gt=0)]
+Mass = Annotated[Kilograms, Field(gt=0)]
+Length = Annotated[Metres, Field(gt=0)]
 NotNegative = Annotated[float, Field(ge=0)]
 Size = tuple[Positive, Positive, Positive]
 
@@ -31,7 +33,7 @@ Size = tuple[Positive, Positive, Positive]
 class Trunk(Spec):
     """The trunk: a box, its frame at the centre of mass of the bare trunk."""
 
-    mass: Positive
+    mass: Mass
     """Mass without additional parts [kg]."""
     inertia: Size
     """(ixx, iyy, izz) about the centre of mass [kg m^2]."""
@@ -47,9 +49,9 @@ class Trunk(Spec):
 class Segment(Spec):
     """One link of every leg and the joint that moves it; x runs along the link."""
 
-    mass: Positive
+    mass: Mass
     """Mass [kg]."""
-    length: Positive
+    length: Length
     """Distance from its joint to the next joint, or to the centre of the foot [m]."""
     inertia: Size
     """(ixx, iyy, izz) about the centre of mass, axes parallel to the link's frame [kg m^2]."""

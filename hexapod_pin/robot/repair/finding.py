@@ -16,7 +16,7 @@ from pydantic import Field
 from hexapod_pin.robot.description.urdf_file import UrdfFile, parse_tree
 from hexapod_pin.robot.repair.measures import LinkSolids, Measures, MeshFinder
 from hexapod_pin.robot.repair.rules import RULES, Severity
-from hexapod_pin.spec import Spec
+from hexapod_pin.spec import Kilograms, Spec
 
 
 @dataclass(frozen=True)
@@ -209,14 +209,14 @@ class RepairOptions(Spec):
     """Numbers that go before assumed ones; None leaves them to be assumed.
 
     Attributes:
-        mass: total mass [kg], 1e-6 to 1e6. Links without a mass share what the others leave; where
+        mass: total mass [kg], 1e-6 to 2000. Links without a mass share what the others leave; where
             all have one, masses and inertias are scaled.
         density: mass over volume of the convex hull of links without a mass [kg/m^3], 1e-3 to 1e5.
         effort: torque limit of every revolute joint [N m], 1e-9 to 1e6.
         velocity: speed limit of every revolute joint [rad/s], 1e-9 to 1e4.
     """
 
-    mass: Annotated[float, Field(ge=1e-6, le=1e6)] | None = None
+    mass: Annotated[Kilograms, Field(ge=1e-6)] | None = None
     density: Annotated[float, Field(ge=1e-3, le=1e5)] | None = None
     effort: Annotated[float, Field(ge=1e-9, le=1e6)] | None = None
     velocity: Annotated[float, Field(ge=1e-9, le=1e4)] | None = None
