@@ -135,6 +135,12 @@ def millimetres(root: ET.Element) -> None:
     scale("link", "visual/geometry/box", "size", 1e3)(root)
 
 
+def degrees(root: ET.Element) -> None:
+    """Write the limits of all joints in degrees."""
+    for end in ("lower", "upper"):
+        scale("joint", "limit", end, 57.29577951)(root)
+
+
 ALONE: dict[str, tuple[Break, str, str]] = {
     "reserved": (put("joint rr_coxa_joint", name="root_joint"), "reserved name", "root_joint"),
     "loop": (loop, "loop", "lf_coxa"),
@@ -148,6 +154,7 @@ ALONE: dict[str, tuple[Break, str, str]] = {
     "g cm^2": (all_inertias(1e7), "inertias in g cm^2", "robot"),
     "dummies": (every("link", "inertial/mass", value="1e-5"), "absurd mass", "robot"),
     "giant": (scale("joint", "origin", "xyz", 1e6), "absurd size", "robot"),
+    "degrees": (degrees, "limits in degrees", "lf_coxa_joint"),
     "effort 1000": (every("joint", "limit", effort="1000"), "absurd effort", "lf_coxa_joint"),
     "weak": (every("joint", "limit", effort="0.001"), "weak effort", "lf_coxa_joint"),
 }

@@ -81,6 +81,15 @@ def test_feet_stand_on_the_drawn_surface(robot: hp.Robot) -> None:
         assert near[:, 2].mean() == pytest.approx(float(HILLS.height_at(*foot[:2])), abs=5e-3)
 
 
+def test_joints_below_the_ground_are_stated(robot: hp.Robot) -> None:
+    """Links pass through the ground in a run: the page has the deepest joint, and how deep."""
+    trace = standing(robot, hp.Flat())
+    assert drawn(trace).runs[0]["caption"] == ""
+    lowered = hp.Trace(**{**vars(trace), "q": trace.q - np.eye(trace.q.shape[1])[2] * 0.3})
+    sunk = drawn(lowered).runs[0]["caption"]
+    assert "191 mm below the ground" in sunk and "only feet touch the ground" in sunk
+
+
 def test_risers_are_drawn_vertical(robot: hp.Robot) -> None:
     faces = triangles(standing(robot, STAIRS))
     normal = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])

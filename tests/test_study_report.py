@@ -155,7 +155,17 @@ def tuned() -> hp.study.TuningResult:
         for name, best in (("flat", 0.5), ("hill", 0.75))
     )
     return hp.study.TuningResult(
-        {"kp": 40.0}, {"kp": 55.0}, {"kp": (10.0, 100.0)}, ("kp",), on, held, tried, 1e3, 3
+        {"kp": 40.0},
+        {"kp": 55.0},
+        {"kp": (10.0, 100.0)},
+        ("kp",),
+        on,
+        held,
+        tried,
+        1e3,
+        3,
+        robot="six legs",
+        walk="tripod, stroke 0.1 m, cycle 1 s",
     )
 
 
@@ -172,7 +182,7 @@ def tuned() -> hp.study.TuningResult:
         (peaks, 1, ["1 OF 2 PEAKS HOLD", "six legs", "1.9 to 2.9", "+45.0", "kp 40 to 80 N m/rad",
                     "femur is a range", "ndf, accuracy 0.0001", "1 to 3 s, 2 whole cycle(s)"]),
         (tuned, 1, ["25.0 % BETTER ON SCENES THAT IT WAS NOT TUNED ON", "flat", "hill", "it fell",
-                    "3 candidates, 1 failed", "logarithmic", "50.0 %"]),
+                    "3 candidates, 1 failed", "logarithmic", "six legs", "cycle 1 s", "50.0 %"]),
         (gait_energy, 1, ["4 OF 4 POINTS WERE WALKED", "tripod, wave", "cost of transport [1]"]),
     ],
 )  # fmt: skip

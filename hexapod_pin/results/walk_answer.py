@@ -26,7 +26,7 @@ from hexapod_pin.results.sizing.trace_demand import joint_demand
 from hexapod_pin.results.stability import stability
 from hexapod_pin.results.torque_budget import TorqueBudget, torque_budget
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.results.walk_verdict import WalkVerdict, walk_verdict
+from hexapod_pin.results.walk_verdict import WalkVerdict, lost_text, walk_verdict
 from hexapod_pin.text_table import WIDTH, Cell, Table, folded
 
 DIGITS = 3
@@ -96,6 +96,8 @@ class WalkAnswer(Immutable):
             parts.append(f"margin {1e3 * self.margin:.0f} mm")
         if verdict.push is not None:
             parts.append(verdict.push.line)
+        if verdict.lost_legs:
+            parts.append(lost_text(verdict.lost_legs))
         torque, speed = verdict.at_torque_limit, verdict.at_speed_limit
         for what, share in (("torque", torque), ("speed", speed)):
             if share.joints and not verdict.prescribed:
@@ -104,8 +106,8 @@ class WalkAnswer(Immutable):
                 )
         if self.caution:
             parts.append(self.caution)
-        known = (slip, self.margin, verdict.push)
-        if len(parts) == len(known) - known.count(None):
+        known = (slip is not None, self.margin is not None, verdict.push, verdict.lost_legs)
+        if len(parts) == sum(map(bool, known)):
             parts.append("prescribed motion" if verdict.prescribed else NO_LIMIT)
         return parts
 

@@ -266,14 +266,23 @@ STRONG_PUSH = 0.5
 """Force of a push over the weight, from which it is taken for the cause [-] (*assumed*)."""
 
 
-def _load_advice(trace: Trace) -> Advice | None:
-    """Return what to change where legs are lost, or the robot is pushed hard."""
-    from hexapod_pin.scene.loads import LostLeg, Push
+def lost_legs(trace: Trace) -> tuple[str, ...]:
+    """Return the legs whose drives give no torque, from some time of a run on."""
+    from hexapod_pin.scene.loads import LostLeg
 
     loads = () if trace.run.scene is None else trace.run.scene.loads
-    lost = [load for load in loads if isinstance(load, LostLeg)]
+    end = float(trace.time[-1])
+    return tuple(one.leg for one in loads if isinstance(one, LostLeg) and one.start < end)
+
+
+def _load_advice(trace: Trace) -> Advice | None:
+    """Return what to change where legs are lost, or the robot is pushed hard."""
+    from hexapod_pin.scene.loads import Push
+
+    loads = () if trace.run.scene is None else trace.run.scene.loads
+    lost = lost_legs(trace)
     if lost:
-        names = ", ".join(load.leg for load in lost)
+        names = ", ".join(lost)
         return Advice(
             f"leg {names} has no drive torque",
             f"a gait counts on leg {names}, which gives no torque: one that has more feet on the "

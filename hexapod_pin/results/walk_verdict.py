@@ -33,6 +33,7 @@ from hexapod_pin.results.walk_causes import (
     at_speed_limit,
     at_torque_limit,
     lag,
+    lost_legs,
     slip_of,
 )
 
@@ -77,6 +78,7 @@ class WalkVerdict(Immutable):
         change: the field of the gait to change, and its value; None where a run cannot try it.
         doubts: what in the robot's file makes torques doubtful, in short phrases.
         push: what pushes did, from the first of them on; None of a run without one.
+        lost_legs: legs whose drives gave no torque, from some time of the run on.
     """
 
     robot_name: str
@@ -102,6 +104,7 @@ class WalkVerdict(Immutable):
     change: tuple[str, float] | None = None
     doubts: tuple[str, ...] = ()
     push: PushEffect | None = None
+    lost_legs: tuple[str, ...] = ()
 
     @property
     def walks(self) -> bool:
@@ -174,6 +177,7 @@ def walk_verdict(trace: Trace) -> WalkVerdict:
         holds=trace.run.case.controller.get("kind") == "hold",
         reason=reason, advice=hint.text, cause=hint.cause, change=hint.change,
         doubts=trace.run.robot.doubts, push=find_push_effect(trace),
+        lost_legs=lost_legs(trace),
     )  # fmt: skip
 
 
@@ -234,7 +238,7 @@ def verdict_line(verdict: WalkVerdict) -> str:
         *_distance(verdict),
         "did not fall" if verdict.fall is None
         else f"fell at {verdict.fall.time:.3g} s ({verdict.fall.how})",
-        "" if verdict.push is None else verdict.push.line,
+        "" if verdict.push is None else verdict.push.line, lost_text(verdict.lost_legs),
         _trunk(verdict), _slip(verdict), _limits(verdict), _accuracy(verdict), _doubt(verdict),
     ]  # fmt: skip
     return f"{verdict.robot_name} {_head(verdict)}: " + "; ".join(filter(None, parts))
@@ -283,6 +287,12 @@ def _distance(verdict: WalkVerdict) -> list[str]:
             f"{verdict.needs:.4g} s or more"
         )
     return found
+
+
+def lost_text(legs: Sequence[str]) -> str:
+    """Return that legs gave no torque, in a few words; empty of no legs."""
+    names = " and ".join(legs)
+    return f"leg{'s' * (len(legs) > 1)} {names} without torque" if legs else ""
 
 
 def _trunk(verdict: WalkVerdict) -> str:

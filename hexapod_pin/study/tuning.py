@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hexapod_pin.arguments import checked
+from hexapod_pin.control.gait import Gait
 from hexapod_pin.errors import (
     HexapodError,
     ParameterError,
@@ -115,6 +116,8 @@ def tuned(
             start=dict(start), best=search.best.values, bounds=dict(bounds),
             logarithmic=space.logarithmic, tuned=search.scores(), held_out=others,
             history=tuple(search.history), penalty=search.penalty, seed=seed,
+            robot=", ".join(dict.fromkeys(one.robot.name for one in search.scenes.values())),
+            walk=_walk(reference),
         )  # fmt: skip
 
     try:
@@ -127,6 +130,14 @@ def tuned(
         text = f"tuning interrupted after {len(search.history)} of {search.budget} candidates"
         raise StudyInterrupted(text, done) from None
     return result(other.scores(best=1))
+
+
+def _walk(controller: Any) -> str:
+    """Return the gait of a controller with its numbers; else the kind of controller."""
+    gait = getattr(getattr(controller, "walk", controller), "gait", None)
+    if not isinstance(gait, Gait):
+        return type(controller).__name__
+    return f"{gait.name}, stroke {gait.stroke:g} m, cycle {gait.cycle_time:g} s"
 
 
 def _evolve(search: CandidateRuns, size: int, generations: int, seed: int) -> None:

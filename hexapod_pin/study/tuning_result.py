@@ -83,6 +83,8 @@ class TuningResult(Immutable):
         history: candidates in the order in which they were tried, the start first.
         penalty: score of a candidate of which a run fails.
         seed: of the search.
+        robot: names of the robots of the scenes tuned on.
+        walk: what the baseline walks: its gait or its kind of controller.
     """
 
     start: Mapping[str, float]
@@ -94,6 +96,8 @@ class TuningResult(Immutable):
     history: tuple[Candidate, ...]
     penalty: float
     seed: int
+    robot: str = ""
+    walk: str = ""
 
     @property
     def failed(self) -> int:
@@ -109,6 +113,7 @@ class TuningResult(Immutable):
             "bounds": {name: list(pair) for name, pair in self.bounds.items()},
             "logarithmic": list(self.logarithmic), "tuned": self.tuned.data, "held_out": held,
             "penalty": self.penalty, "seed": self.seed, "failed": self.failed,
+            "robot": self.robot, "walk": self.walk,
             "history": [
                 {"values": dict(one.values), "score": one.score, "failure": one.failure,
                  "generation": one.generation} for one in self.history

@@ -16,13 +16,21 @@ from hexapod_pin.drive.catalog import MotorRecord
 from hexapod_pin.drive.motor import Motor
 from hexapod_pin.errors import HexapodError
 from hexapod_pin.ground.terrain import PatchedGround, ShakingGround
+from hexapod_pin.results.recorded_robot import RecordedRobot
 from hexapod_pin.results.sizing.motor_budget import motor_budget
 from hexapod_pin.results.steady_window import steady_window
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.walk_answer import WalkAnswer
 from hexapod_pin.results.walk_causes import Slip
 from hexapod_pin.results.walk_verdict import walk_verdict
-from hexapod_pin.view.ground_shapes import Sizes, eye_level, ground_data, middle, terrain_of
+from hexapod_pin.view.ground_shapes import (
+    Sizes,
+    eye_level,
+    ground_data,
+    middle,
+    shaking,
+    terrain_of,
+)
 from hexapod_pin.view.robot_shapes import RobotShapes
 from hexapod_pin.view.sample_block import SampleBlock
 from hexapod_pin.view.scene_graph import DrawnMeshes, feet_of, loads_of, robot_tree
@@ -99,8 +107,50 @@ def run_data(
         },
         "channels": channels(trace, feet, block, margin, current_of(trace, record)),
         "worst": worst,
+        "caption": below_ground(trace),
         **header(trace, record, None if window is None else least),
     }  # fmt: skip
+
+
+LEAST_DEPTH = 5e-3
+"""Depth below the ground from which a joint is said to be in it [m]."""
+
+DEPTH_SAMPLES = 200
+"""Samples at which joints are looked for below the ground, at most."""
+
+
+def below_ground(trace: Trace) -> str:
+    """Return that joints are below the ground, how deep and why; empty where none is.
+
+    Only feet, and the trunk where a scene says so, touch the ground: the legs of a robot that has
+    fallen go through it in the run itself, not only in the picture.
+    """
+    terrain = terrain_of(trace)
+    try:
+        model = RecordedRobot.of(trace).robot.model
+    except HexapodError:
+        return ""
+    if terrain is None or model.njoints < 3:
+        return ""
+    import pinocchio as pin
+
+    data, surface = model.createData(), terrain.surface()
+    rows = np.unique(np.linspace(0, len(trace.time) - 1, DEPTH_SAMPLES).astype(int))
+    places = np.empty((len(rows), model.njoints - 2, 3))
+    for k, row in enumerate(rows):
+        pin.forwardKinematics(model, data, trace.q[row])
+        places[k] = [data.oMi[j].translation for j in range(2, model.njoints)]
+    lift = shaking(terrain, trace.time[rows])
+    ground = surface.height_at(places[..., 0], places[..., 1])
+    depth = ground + (0.0 if lift is None else lift[:, None]) - places[..., 2]
+    worst = np.unravel_index(int(np.argmax(depth)), depth.shape)
+    if depth[worst] < LEAST_DEPTH:
+        return ""
+    name, time = model.names[int(worst[1]) + 2], trace.time[rows[worst[0]]]
+    return (
+        f"{name} is {1e3 * depth[worst]:.0f} mm below the ground at {time:.3g} s: in a run only "
+        "feet touch the ground, links pass through it"
+    )
 
 
 def _window(trace: Trace) -> list[float] | None:

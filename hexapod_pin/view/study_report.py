@@ -361,6 +361,7 @@ def _of_tuning(found: TunedParameters, date: str, command: str) -> Iterator[Bloc
     yield Header(
         f"Tuning: {', '.join(found.best)}",
         Verdict(f"{_share(gain)} BETTER ON {where.upper()}", tuple(texts), level),
+        robot=found.robot, gait=found.walk,
         more=(("Scenes", ", ".join(found.tuned.by_scene)),
               ("Held out", "" if held is None else ", ".join(held.by_scene)),
               ("Search", f"{len(found.history)} candidates, {found.failed} failed (score "

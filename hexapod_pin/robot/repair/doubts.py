@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from hexapod_pin.robot.repair import rules
 from hexapod_pin.robot.repair.finding import Finding
 
-UNITS = ("joints", "inertials", "masses", "inertias")
+UNITS = ("joints", "inertials", "masses", "inertias", "limits")
 """Numbers of which a finding "... in UNIT" tells the unit; of shapes only pictures depend on it."""
 
 WHOLE = ("absurd mass", "absurd size")

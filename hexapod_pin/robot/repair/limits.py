@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import xml.etree.ElementTree as ET
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from hexapod_pin.robot.description.urdf_file import Joint
 from hexapod_pin.robot.repair import rules
@@ -26,7 +26,29 @@ UNITS = {"revolute": ("rad", "N m", "rad/s"), "prismatic": ("m", "N", "m/s")}
 def limit_findings(measures: Measures) -> list[Finding]:
     """Return every trouble of limits, effort, velocity and friction."""
     joints = [j for j in measures.file.joints if limited(j)]
-    return [found for joint in joints for found in _of_joint(measures, joint)]
+    slip = limits_in_degrees(joints)
+    found = [] if slip is None else [slip]
+    return found + [found for joint in joints for found in _of_joint(measures, joint)]
+
+
+def limits_in_degrees(joints: Sequence[Joint]) -> Finding | None:
+    """Return the finding of limits that are in degrees: of most joints they allow many turns."""
+    turning = [joint for joint in joints if joint.kind == "revolute"]
+    wide = [joint for joint in turning if _is_in_degrees(joint)]
+    if not turning or 2 * len(wide) <= len(turning):
+        return None
+    joint = wide[0]
+    value = f"limits {joint.limit('lower', 0.0):g} to {joint.limit('upper', 0.0):g} rad"
+    rule = "at most one turn, 6.28 rad, apart"
+    where = f"joint {joint.name!r} and {len(wide) - 1} more"
+    return Finding("limits in degrees", where, value, rule, "turned into radians", "suspicious")
+
+
+def _is_in_degrees(joint: Joint) -> bool:
+    """Whether a range is wider than a turn, with ends that are usual in degrees."""
+    ends = abs(joint.limit("lower", 0.0)), abs(joint.limit("upper", 0.0))
+    low, high = rules.DEGREES
+    return joint.kind == "revolute" and sum(ends) > rules.FULL_TURN and low <= max(ends) <= high
 
 
 def limited(joint: Joint) -> bool:
@@ -144,8 +166,11 @@ def _severity(refused: bool) -> Severity:
 def repair_limits(draft: Draft) -> None:
     """Give every joint a range, a torque limit and a speed limit that a servo can have."""
     measures = draft.measures
+    degrees = limits_in_degrees([joint for joint in measures.file.joints if limited(joint)])
     for joint in measures.file.joints:
         if limited(joint):
+            if degrees is not None and _is_in_degrees(joint):
+                _repair_degrees(draft, joint)
             limit = joint.element.find("limit")
             if limit is None:
                 limit = ET.SubElement(joint.element, "limit")
@@ -153,6 +178,18 @@ def repair_limits(draft: Draft) -> None:
             _repair_range(draft, joint, limit)
             _repair_effort(draft, measures, joint, limit)
             _repair_velocity(draft, joint, limit)
+
+
+def _repair_degrees(draft: Draft, joint: Joint) -> None:
+    """Turn a joint's limits from degrees into radians."""
+    limit = joint.element.find("limit")
+    if limit is None:
+        return
+    before = f"{limit.get('lower')} to {limit.get('upper')}"
+    for end in ("lower", "upper"):
+        limit.set(end, f"{math.radians(joint.limit(end, 0.0)):.6g}")
+    after = f"{limit.get('lower')} to {limit.get('upper')}"
+    draft.change(f"joint {joint.name!r}", f"limits {before} degrees -> {after} rad", "")
 
 
 def _repair_range(draft: Draft, joint: Joint, limit: ET.Element) -> None:

@@ -66,6 +66,10 @@ DYNAMIXEL AX-12A in joint mode (ROBOTIS e-Manual)."""
 FULL_TURN = 2.0 * math.pi
 """A revolute joint's range above one turn is no limit [rad]."""
 
+DEGREES = (15.0, 360.0)
+"""Limits of a range above a turn that are usual in degrees; taken for radians they allow 2 to 57
+turns (*assumed*)."""
+
 SPEED = 6.0
 """Joint speed [rad/s], *assumed* where none is given.
 

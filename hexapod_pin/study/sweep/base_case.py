@@ -124,6 +124,9 @@ def base_case(data: Mapping[str, Any], folder: Path, gait: str | None = None) ->
         case = _given_case(data["case"], folder)
         refuse_motor(data.get("motor"), case.scene.prescribed)
         return case
+    for key in (key for key in data if key in Gait.model_fields):
+        allowed = f'in the gait: gait = {{ name = "tripod", {key} = {data[key]} }}'
+        raise ParameterError(f"base.{key}", data[key], allowed)
     walk = read_spec(BaseWalk, data, "base")
     with placed("base"):
         return _walk(walk, folder, gait)

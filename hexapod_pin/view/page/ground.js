@@ -19,14 +19,22 @@ const world = viewer.scene_tree.find(["playback"]).object;
 // A line at every multiple of a step, one pixel wide, faded where lines would merge.
 const LINES = `
 varying vec3 vPlace;
-uniform float uStep; uniform float uContour; uniform vec4 uStrip; uniform vec3 uInk; uniform float uStrength;
+uniform float uStep; uniform float uContour; uniform vec4 uStrip; uniform vec4 uRim; uniform float uFade; uniform vec3 uInk; uniform float uStrength;
 float lineOf(float v, float s) {
   float x = v / s, d = max(fwidth(x), 1e-6);
   return (1.0 - min(abs(fract(x - 0.5) - 0.5) / d, 1.0)) * clamp(1.4 - 2.8 * d, 0.0, 1.0);
 }
 `;
+// A ground that ends fades out towards its rim.
+const RIM = `
+{
+  vec2 inside = min(vPlace.xy - uRim.xy, uRim.zw - vPlace.xy);
+  diffuseColor.a *= smoothstep(0.0, uFade, min(inside.x, inside.y));
+}
+`;
 const DRAWN = `
 #include <color_fragment>
+${RIM}
 if (abs(dot(vPlace.xy, uStrip.xy) - uStrip.z) > uStrip.w) discard;
 {
   float fine = max(lineOf(vPlace.x, uStep), lineOf(vPlace.y, uStep));
@@ -39,11 +47,19 @@ if (abs(dot(vPlace.xy, uStrip.xy) - uStrip.z) > uStrip.w) discard;
   diffuseColor.rgb = mix(diffuseColor.rgb, uInk, uStrength * ink);
 }
 `;
+// Planes go on as far as can be seen: there the fog hides them.
+const SEEN = 16 * Math.max(...runs.map((run) => run.data.reach));
+const isPlane = (data) => data.rows === 2;
+function rimOf(data) {
+  const more = isPlane(data) ? SEEN : 0, [x, y] = [0, 1].map((k) => data.high[k] - data.low[k] + 2 * more);
+  return {uFade: {value: 0.12 * Math.min(x, y)},
+    uRim: {value: new THREE.Vector4(data.low[0] - more, data.low[1] - more, data.high[0] + more, data.high[1] + more)}};
+}
 function groundMaterial(data) {
-  const material = new THREE.MeshPhongMaterial({color: 0xdbded9, side: 2, shininess: 2, flatShading: !!data.mesh});
+  const material = new THREE.MeshPhongMaterial({color: 0xdbded9, side: 2, shininess: 2, flatShading: !!data.mesh, transparent: true});
   material.extensions = {derivatives: true};
   material.userData = {uStep: {value: data.spacing}, uContour: {value: 0}, uInk: {value: new THREE.Color(0x6d7a80)}, uStrength: {value: 0.75},
-    uStrip: {value: new THREE.Vector4(0, 1, 0, 1e9)}};
+    uStrip: {value: new THREE.Vector4(0, 1, 0, 1e9)}, ...rimOf(data)};
   material.onBeforeCompile = (shader) => {
     Object.assign(shader.uniforms, material.userData);
     shader.vertexShader = `varying vec3 vPlace;\n${shader.vertexShader}`.replace(
@@ -65,15 +81,16 @@ function groundGeometry(data) {
   } else {
     const n = data.rows, columns = Array.from(arrays[data.heights]), corners = new Float32Array(3 * n * n), normals = new Float32Array(3 * n * n);
     const [dx, dy] = [0, 1].map((axis) => (data.high[axis] - data.low[axis]) / (n - 1)), index = new Uint32Array(6 * (n - 1) * (n - 1));
+    const more = isPlane(data) ? SEEN : 0;  // with n = 2 the factors beside it are -1 and 1
     let at = 0;
     for (let c = 0; c < n; c++) {
       const own = columns[c], left = columns[Math.max(0, c - 1)], right = columns[Math.min(n - 1, c + 1)];
       const wide = (Math.min(n - 1, c + 1) - Math.max(0, c - 1)) * dx;
       for (let r = 0; r < n; r++) {
         const k = r * n + c, low = Math.max(0, r - 1), high = Math.min(n - 1, r + 1);
-        corners[3 * k] = data.low[0] + c * dx;
-        corners[3 * k + 1] = data.low[1] + r * dy;
-        corners[3 * k + 2] = own[r];
+        corners[3 * k] = data.low[0] + c * dx + (2 * c - 1) * more;
+        corners[3 * k + 1] = data.low[1] + r * dy + (2 * r - 1) * more;
+        corners[3 * k + 2] = own[r] + more * ((2 * c - 1) * (right[r] - left[r]) / wide + (2 * r - 1) * (own[high] - own[low]) / ((high - low) * dy));
         const a = (right[r] - left[r]) / wide, b = (own[high] - own[low]) / ((high - low) * dy), size = 1 / Math.sqrt(1 + a * a + b * b);
         normals[3 * k] = -a * size;
         normals[3 * k + 1] = -b * size;
@@ -92,21 +109,30 @@ function groundGeometry(data) {
   return geometry;
 }
 
-function segments(ends, color) {
+function segments(ends, color, data) {
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(ends), 3));
-  return new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({color}));
+  const material = new THREE.LineBasicMaterial({color, transparent: true});
+  material.onBeforeCompile = (shader) => {
+    Object.assign(shader.uniforms, rimOf(data));
+    shader.vertexShader = `varying vec3 vPlace;\n${shader.vertexShader}`.replace(
+      "#include <begin_vertex>", "#include <begin_vertex>\nvPlace = position;");
+    shader.fragmentShader = `varying vec3 vPlace; uniform vec4 uRim; uniform float uFade;\n${shader.fragmentShader}`.replace(
+      "#include <color_fragment>", `#include <color_fragment>\n${RIM}`);
+  };
+  return new THREE.LineSegments(geometry, material);
 }
 
 function groundOf(run) {
   const data = run.data.ground, group = new THREE.Group();
   const surface = new THREE.Mesh(groundGeometry(data), groundMaterial(data));
   surface.receiveShadow = true;
+  surface.renderOrder = -1;  // what lies on it and is translucent, too, comes after it
   const {min, max} = surface.geometry.boundingBox;
   surface.userData.contour = data.level ? 0 : niceStep((max.z - min.z) / 12);
   group.add(surface);
-  if (data.edges) group.add(segments(data.edges, 0x1d2530));
-  if (data.patches) group.add(segments(data.patches, 0x3366cc));
+  if (data.edges) group.add(segments(data.edges, 0x1d2530, data));
+  if (data.patches) group.add(segments(data.patches, 0x3366cc, data));
   return {group, surface};
 }
 

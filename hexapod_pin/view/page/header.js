@@ -37,6 +37,8 @@ function makeHeader() {
   }
   const names = runs.length > 1 ? runs.map((run) => run.data.name).join(" / ") : data.name;
   $("header").append(element("b", {}, names), verdict, element("span", {class: "gap"}));
+  const captions = runs.map((run) => run.data.caption).filter(Boolean);
+  if (captions.length) $("scene").append(element("p", {id: "caption", class: "soft"}, captions.join("; ")));
   if (facts.gait) $("header").append(element("span", {class: "soft wide"}, facts.gait));
   if (D.command) {
     const copy = element("button", {class: "middle", title: `copy the command that made this: ${D.command}`}, "copy ", element("code", {class: "wide"}, D.command));
