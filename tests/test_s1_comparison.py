@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import pytest
-from studies.foot_control.cells import DRY, LEAST_TORQUE, OWN, Cell, Size, cells, draws
+from studies.foot_control.cells import DRY, LEAST_TORQUE, OWN, Cell, Found, Size, cells, draws
+from studies.foot_control.further import CHANGED, FURTHER_TITLE, energy_table
 from studies.foot_control.judgement import SHOWN, CellChange, median_table
-from studies.foot_control.s1_comparison import s1_comparison
+from studies.foot_control.s1_comparison import FASTER, KEPT, REASONS, kept, s1_comparison
 from studies.foot_control.variants import (
     BOTH_WAYS,
     NO_PARTS,
@@ -69,7 +71,10 @@ def test_other_variants_have_rules_of_their_own() -> None:
     own = replace(CELL, posture=OWN)
     assert changed(PID).missed() is None
     assert changed(cell=own).missed() is None
-    assert changed(cell=replace(CELL, terrain="soil")).missed() is None
+    assert changed(cell=replace(CELL, terrain="soil"), slip_distance=-0.03).missed() == []
+    assert changed(cell=replace(CELL, terrain="patches"), torque_rms=0.03).missed() == [
+        "torque RMS"
+    ]
     assert changed(SOLE_UNKNOWN, torque_rms=0.5).missed() == []
     assert changed(SOLE_UNKNOWN, slip_distance=0.01).missed() == ["slip path"]
     assert changed(BOTH_WAYS, own, torque_rms=0.04, torque_peak=0.11).missed() == ["torque RMS"]
@@ -119,6 +124,38 @@ def test_each_variant_has_its_parts_alone() -> None:
     assert parts()[PID]["slip"].anticipates is False
     modes = leg_by_leg().model_dump()
     assert all(modes[name] == 1.0 for name in ("heave", "tilt", "warp") if name in modes)
+
+
+def test_energy_is_compared_with_one_thing_changed() -> None:
+    """A longer stroke costs less per metre, bumps do not change flat ground."""
+
+    def run(size: Size) -> Found:
+        small = replace(
+            size, robots=("kharagpur",), postures=(OWN,), terrains=("flat",), draws={"flat": 1},
+            contacts=("accurate",), variants=(TARGETS,), settings=FASTER,
+        )  # fmt: skip
+        return Found.of(small, threads=1)
+
+    rows = {row[1]: row for row in energy_table(run, 1, 3).texts()}
+    assert list(rows) == list(CHANGED)
+    cost = {name: float(row[4]) for name, row in rows.items()}
+    assert cost["stroke 40 mm"] > cost["as drawn"] > cost["stroke 100 mm"]
+    assert all(row[2] == "1/1" for row in rows.values())
+
+
+def test_the_main_part_of_a_page_is_kept(tmp_path) -> None:
+    main = "`python scripts/studies s1_comparison`\n\nmachine\n\n## Table\n\n| a |"
+    data = {"command": "c", "machine": {"cpu": "x"}, "numbers": [], "cells": [1], "drawn": {}}
+    page = tmp_path / "s1_comparison.md"
+    (tmp_path / "s1_comparison.json").write_text(json.dumps(data))
+    page.write_text(f"# Title\n\n{main}\n\n{REASONS}\n")
+    parts, found = kept(tmp_path)
+    assert parts == [KEPT, main]
+    assert found["main"] == {"command": "c", "machine": {"cpu": "x"}} and found["cells"] == [1]
+    data |= {"command": "of the parts that were added", "main": found["main"]}
+    (tmp_path / "s1_comparison.json").write_text(json.dumps(data))
+    page.write_text(f"# Title\n\nother command\n\n{KEPT}\n\n{main}\n\n{FURTHER_TITLE}\n\nmore\n")
+    assert kept(tmp_path) == (parts, found)
 
 
 def test_unknown_names_are_refused() -> None:

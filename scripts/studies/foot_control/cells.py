@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from itertools import chain
+from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -99,7 +99,10 @@ class Size:
         ticks: of the controllers [s].
         draws: gaits and grounds per cell, by the name of the terrain.
         seed: of all that is drawn.
-        settings: of the runs: their method, where it is not the default.
+        settings: of the runs: their method or accuracy, where it is not the default.
+        variants: controllers that walk in every cell; empty: those of `variants_in`.
+        gait: numbers of all gaits in place of the drawn ones.
+        bumps: largest height of bumps over the drawn lift [-].
     """
 
     robots: tuple[str, ...]
@@ -110,6 +113,9 @@ class Size:
     draws: Mapping[str, int]
     seed: int
     settings: Mapping[str, Any]
+    variants: tuple[str, ...] = ()
+    gait: Mapping[str, float] = field(default_factory=dict)
+    bumps: float = BUMP_HEIGHT
 
 
 @dataclass(frozen=True)
@@ -139,12 +145,14 @@ class Cell:
         return [self.robot, self.posture, self.terrain, self.contact]
 
 
-def variants_in(cell: Cell) -> tuple[str, ...]:
+def variants_in(cell: Cell, size: Size) -> tuple[str, ...]:
     """Return the variants that walk in a cell.
 
-    Parts do alone, and disturbed variants in the posture of least torque, on the grounds of
-    `ABLATED`; with dry joints only what has no parts or the most.
+    Where the size names none: parts do alone, and disturbed variants in the posture of least
+    torque, on the grounds of `ABLATED`; with dry joints only what has no parts or the most.
     """
+    if size.variants:
+        return size.variants
     if cell.terrain == DRY:
         return (NO_PARTS, TARGETS_SUSPENSION)
     if cell.terrain not in ABLATED:
@@ -204,7 +212,8 @@ def draws(robots: Mapping[str, hp.Robot], name: str, terrain: str, size: Size) -
         rng = np.random.default_rng([*place, number])
         gait = _gait(rng, robots, name)
         seed = int(rng.integers(2**31))
-        found.append(Draw(gait, _terrain(rng, terrain, gait.lift, seed), seed))
+        ground = _terrain(rng, terrain, gait.lift, seed, size.bumps)
+        found.append(Draw(gait.model_copy(update=dict(size.gait)), ground, seed))
     return found
 
 
@@ -228,14 +237,14 @@ def _gait(rng: np.random.Generator, robots: Mapping[str, hp.Robot], name: str) -
     raise refusal
 
 
-def _terrain(rng: np.random.Generator, name: str, lift: float, seed: int) -> Any:
-    """Return a ground on which feet are lifted by `lift` [m]."""
+def _terrain(rng: np.random.Generator, name: str, lift: float, seed: int, bumps: float) -> Any:
+    """Return a ground on which feet are lifted by `lift` [m], with bumps of that share of it."""
     if name == "cross":
         side = math.copysign(0.5 * math.pi, rng.uniform(-1.0, 1.0))
         return hp.Slope(angle=CROSS_SLOPE, heading=side)
     if name == "bumps":
         return hp.HeightField.random(
-            seed, amplitude=BUMP_HEIGHT * lift, wavelength=BUMP_WAVELENGTH, size=FIELD,
+            seed, amplitude=bumps * lift, wavelength=BUMP_WAVELENGTH, size=FIELD,
             flat_radius=FLAT_RADIUS,
         )  # fmt: skip
     if name == "patches":
@@ -256,6 +265,7 @@ def _patches(rng: np.random.Generator) -> Iterator[hp.terrain.Patch]:
 # The runs.
 
 
+@cache
 def standing_robots(name: str, postures: tuple[str, ...]) -> dict[str, hp.Robot]:
     """Return a packaged robot by posture."""
     own = hp.load_robot(name)
@@ -315,16 +325,17 @@ def _runs(robot: hp.Robot, cell: Cell, number: int, draw: Draw, size: Size) -> I
     scene = hp.Scene(
         robot, terrain=draw.terrain, contact=hp.Contact.preset(cell.contact), servo=servo
     )
-    still = (NO_PARTS,)
-    others = [name for name in variants_in(cell) if name not in still]
+    given = variants_in(cell, size)
+    still, others = (
+        [one for one in given if (one == NO_PARTS) is alone] for alone in (True, False)
+    )
     walks: dict[str, Any] = {CONVENTIONAL: hp.KinematicControl(draw.gait)}
     walks |= controls(draw.gait, servo, size.ticks, others)
     accurate = controls(draw.gait, servo, size.ticks, still)
     how = dict(size.settings)
     how["duration"] = WHOLE * math.ceil(CYCLES * draw.gait.cycle_time / WHOLE)
-    runs = chain(
-        plan_runs({cell.name: scene}, walks, **how),
-        plan_runs({cell.name: scene}, accurate, **{"accuracy": ACCURATE, **how}),
-    )
+    runs = plan_runs({cell.name: scene}, walks, **how)
+    if accurate:
+        runs += plan_runs({cell.name: scene}, accurate, **{"accuracy": ACCURATE, **how})
     for run in runs:
         yield PlannedRun(run.scene, number, run.controller, run.case)

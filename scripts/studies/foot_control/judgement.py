@@ -12,7 +12,6 @@ from hexapod_pin.results.comparison import Comparison
 from hexapod_pin.results.walk_metrics import METRICS, Estimate, relative_change
 from hexapod_pin.text_table import Table
 from studies.foot_control.cells import (
-    DRY,
     HEAD,
     LEAST_TORQUE,
     OWN,
@@ -82,7 +81,7 @@ OWN_POSTURE: Limits = {"torque_rms": 0.03, "torque_peak": 0.12}
 """Of targets from which forces deviate both ways, in the robot's own posture [-]."""
 
 JUDGED = ("flat", "cross", "bumps")
-"""Grounds on which numbers are asked for; of a controller without parts on `DRY`, too."""
+"""Grounds on which controllers walk that know wrong numbers."""
 
 JUDGED_TICK = 0.005
 """Of a controller without parts [s]."""
@@ -121,7 +120,7 @@ def cell_changes(found: Found) -> list[CellChange]:
         _changes(found.comparison, cell, tick, variant)
         for cell in cells(found.size)
         for tick in found.size.ticks
-        for variant in variants_in(cell)
+        for variant in variants_in(cell, found.size)
     ]
 
 
@@ -143,10 +142,7 @@ def _rule(one: CellChange) -> Rule | None:
     """Return what tells whether a change of a metric misses its number; None: none is asked for."""
     cell = one.cell
     if one.variant == NO_PARTS:
-        judged = one.tick == JUDGED_TICK and cell.terrain in (*JUDGED, DRY)
-        return _differs if judged else None
-    if cell.terrain not in JUDGED:
-        return None
+        return _differs if one.tick == JUDGED_TICK else None
     if one.variant == BOTH_WAYS and cell.posture == OWN:
         return lambda metric, change: _above(change, OWN_POSTURE.get(metric))
     if cell.posture != LEAST_TORQUE:
@@ -197,7 +193,11 @@ def percent(change: Estimate | None) -> str:
     return f"{value:+.{digits}f}{width}"
 
 
-def judged_table(changes: list[CellChange]) -> Table:
+JUDGED_CELLS = "Cells for which numbers are asked for: changes [%]"
+MEDIANS_OF_CELLS = "Median over robots and contacts (least, largest): changes [%]"
+
+
+def judged_table(changes: list[CellChange], title: str = JUDGED_CELLS) -> Table:
     """Return every cell for which numbers are asked for, with what it misses."""
     rows = []
     for one in changes:
@@ -207,10 +207,10 @@ def judged_table(changes: list[CellChange]) -> Table:
             word = f"FAIL: {', '.join(missed)}" if missed else "pass"
             rows.append([*one.cell.row, f"{1e3 * one.tick:g}", one.variant, *cells_, word])
     head = [*HEAD, "tick [ms]", "controller", *SHOWN.values(), "verdict"]
-    return Table("Cells for which numbers are asked for: changes [%]", head, rows)
+    return Table(title, head, rows)
 
 
-def median_table(changes: list[CellChange]) -> Table:
+def median_table(changes: list[CellChange], title: str = MEDIANS_OF_CELLS) -> Table:
     """Return the median over the cells of each posture, ground and tick, and its range."""
     rows = []
     for key, group in _groups(changes).items():
@@ -219,8 +219,8 @@ def median_table(changes: list[CellChange]) -> Table:
         limits = _median_limits(posture, terrain, variant)
         words, missed = [], []
         for metric, name in SHOWN.items():
-            values = _known(group, metric)
-            words.append(_range(values))
+            values = known_changes(group, metric)
+            words.append(median_range(values))
             limit = limits.get(metric)
             if limit is not None and not (len(values) and np.median(values) <= limit):
                 missed.append(f"{name} at most {100.0 * limit:+.0f}")
@@ -229,7 +229,7 @@ def median_table(changes: list[CellChange]) -> Table:
             posture, terrain, f"{1e3 * tick:g}", variant, f"{walked}/{count}", *words, word,
         ])  # fmt: skip
     head = ["posture", "ground", "tick [ms]", "controller", "walked", *SHOWN.values(), "medians"]
-    return Table("Median over robots and contacts (least, largest): changes [%]", head, rows)
+    return Table(title, head, rows)
 
 
 def _groups(
@@ -254,12 +254,14 @@ def _median_limits(posture: str, terrain: str, variant: str) -> Limits:
     return {**MEDIANS.get(terrain, {}), **(WITH_SUSPENSION if own else {})}
 
 
-def _known(group: list[CellChange], metric: str) -> list[float]:
+def known_changes(group: list[CellChange], metric: str) -> list[float]:
+    """Return the changes of a metric in the cells where there is one."""
     found = [one.changes[metric] for one in group]
     return [change.value for change in found if change is not None]
 
 
-def _range(values: list[float]) -> str:
+def median_range(values: list[float]) -> str:
+    """Return median, least and largest of relative numbers in percent."""
     if not values:
         return "-"
     low, middle, high = (100.0 * f(values) for f in (min, np.median, max))
@@ -280,7 +282,7 @@ def signs_table(changes: list[CellChange]) -> Table:
             and one.cell.terrain in JUDGED
         ]  # fmt: skip
         lost = sum(one.walked[1] - one.walked[0] for one in own)
-        fallen = [sum(value < 0.0 for value in _known(own, metric)) for metric in DECREASING]
+        fallen = [sum(value < 0.0 for value in known_changes(own, metric)) for metric in DECREASING]
         share = sum(fallen) / (len(own) * len(DECREASING)) if own else 0.0
         least = SAME_SIGNS.get(variant)
         word = "-" if least is None or not own else "pass" if share >= least else "FAIL"
@@ -315,7 +317,8 @@ def claims_table(changes: list[CellChange], found: Found) -> Table:
     rows = []
     for claim, metric in CLAIMS.items():
         columns = {
-            name: _known([one for one in changes if one.variant == name], metric) for name in names
+            name: known_changes([one for one in changes if one.variant == name], metric)
+            for name in names
         }
         posture = [
             change.value for change in posture_changes(found).get(metric, {}).values() if change

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import json
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 from hexapod_pin.results.comparison import failures
 from hexapod_pin.results.schema import require_known
 from hexapod_pin.results.walk_metrics import Estimate
+from hexapod_pin.text_table import Table
 from studies.foot_control.cells import (
     ACCURATE,
     KINDS,
@@ -22,6 +24,13 @@ from studies.foot_control.cells import (
     Found,
     Size,
 )
+from studies.foot_control.further import (
+    FURTHER_TITLE,
+    Runs,
+    accuracy_table,
+    energy_table,
+    further_cells,
+)
 from studies.foot_control.judgement import (
     SHOWN,
     CellChange,
@@ -33,7 +42,7 @@ from studies.foot_control.judgement import (
     posture_table,
     signs_table,
 )
-from studies.study import StudyReport
+from studies.study import RESULTS, StudyReport
 
 SEED = 20261127
 CONTACTS = ("accurate", "s1", "s1-printed", "s2")
@@ -50,16 +59,32 @@ def s1_comparison(
     grounds: str = ",".join(TERRAINS),
     contacts: str = "accurate,s1",
     ticks: str = "2,5",
+    further: int = 0,
+    further_seed: int = SEED + 1,
+    accuracy: int = 0,
+    energy: int = 0,
+    keep: bool = False,
     store: Path = Path(),
     threads: int = 2,
     quick: bool = False,
 ) -> StudyReport:
     """S1's claims, part by part, on gaits and grounds drawn from a seed.
 
-    A ground may have a number of draws of its own, such as "flat,bumps,soil=3". With a store (an
-    SQLite file) finished runs are kept, and the study continues where it was stopped; runs that
-    failed are run again. `quick` takes one robot, one ground, 5 ms and fixed steps of 5 ms.
+    A ground may have a number of draws of its own, such as "flat,bumps,soil=3". `further` is the
+    number of draws of further cells (soft ground, dry joints, ticks of 2 ms), from a seed of their
+    own; `accuracy` and `energy` are those of the runs that look for reasons, which are drawn as in
+    the main part. With `keep` the main part that stands in the page is kept and not run. With a
+    store (an SQLite file) finished runs are kept, and the study continues where it was stopped;
+    runs that failed are run again. `quick` takes one robot, one ground, 5 ms and fixed steps of
+    5 ms.
     """
+
+    def run(size: Size) -> Found:
+        how: dict[str, Any] = {"threads": threads}
+        if store != Path():
+            how |= {"store": store, "resume": store.exists(), "retry_failed": store.exists()}
+        return Found.of(size, **how)
+
     drawn = _draws("flat,bumps" if quick else grounds, min(draws, 2) if quick else draws)
     size = Size(
         robots=("kharagpur",) if quick else _names("robot", robots, REFERENCE),
@@ -71,35 +96,59 @@ def s1_comparison(
         seed=seed,
         settings=FASTER if quick else {},
     )
-    how: dict[str, Any] = {"threads": threads}
-    if store != Path():
-        how |= {"store": store, "resume": store.exists(), "retry_failed": store.exists()}
-    found = Found.of(size, **how)
+    parts, data = kept(RESULTS) if keep else _main_part(run, size)
+    if further:
+        more = further_cells(run, further, further_seed)
+        parts += [*more.parts, _without_numbers(more.lost)]
+        data["further"] = {"cells": [_plain(one) for one in more.changes], "drawn": more.drawn}
+    parts.append(REASONS)
+    parts += [accuracy_table(run, accuracy, seed)] if accuracy else []
+    parts += [energy_table(run, energy, seed)] if energy else []
+    return StudyReport("S1's comparison", parts, data)
+
+
+def _main_part(run: Runs, size: Size) -> tuple[list[str | Table], dict[str, Any]]:
+    """Run the cells of the main part. Return its parts of the page, and its data."""
+    found = run(size)
     changes = cell_changes(found)
-    lost = failures(found.comparison)
-    return StudyReport(
-        "S1's comparison",
-        [
-            INTRODUCTION,
-            _drawn(size),
-            claims_table(changes, found),
-            READING,
-            median_table(changes),
-            DISTURBANCES,
-            signs_table(changes),
-            posture_table(found),
-            conventional_table(found),
-            ASKED,
-            judged_table(changes),
-            REASONS,
-            "Runs without numbers: " + ("; ".join(lost) if lost else "none") + ".",
-        ],
-        data={
-            "numbers": ["change [-]", "half of its 95 % interval [-]"],
-            "cells": [_plain(one) for one in changes],
-            "drawn": found.data,
-        },
-    )
+    parts = [
+        INTRODUCTION,
+        _drawn(size),
+        claims_table(changes, found),
+        READING,
+        median_table(changes),
+        DISTURBANCES,
+        signs_table(changes),
+        posture_table(found),
+        conventional_table(found),
+        ASKED,
+        judged_table(changes),
+        _without_numbers(failures(found.comparison)),
+    ]
+    return parts, {
+        "numbers": ["change [-]", "half of its 95 % interval [-]"],
+        "cells": [_plain(one) for one in changes],
+        "drawn": found.data,
+    }
+
+
+def _without_numbers(lost: list[str]) -> str:
+    return "Runs without numbers: " + ("; ".join(lost) if lost else "none") + "."
+
+
+def kept(folder: Path) -> tuple[list[str | Table], dict[str, Any]]:
+    """Return the main part that stands in a page, with the command that has run it."""
+    name = s1_comparison.__name__
+    text = (folder / f"{name}.md").read_text(encoding="utf-8")
+    data: Mapping[str, Any] = json.loads((folder / f"{name}.json").read_text(encoding="utf-8"))
+    main = text.partition("\n\n")[2]
+    if KEPT in main:
+        main = main.partition(f"{KEPT}\n\n")[2]
+    for end in (FURTHER_TITLE, REASONS.partition("\n")[0]):
+        main = main.partition(f"\n{end}")[0]
+    by = data.get("main", {key: data[key] for key in ("command", "machine")})
+    names = ("numbers", "cells", "drawn")
+    return [KEPT, main.rstrip()], {"main": by, **{key: data[key] for key in names}}
 
 
 def _names(kind: str, text: str, known: Iterable[str]) -> tuple[str, ...]:
@@ -148,6 +197,10 @@ def _drawn(size: Size) -> str:
         f"{ACCURATE:g}: at the default integration alone makes them slip up to 3 % less."
     )
 
+
+KEPT = f"""\
+This command has run what follows below "{FURTHER_TITLE.removeprefix("## ")}"; all before it was
+kept as this command had written it:"""
 
 DISTURBANCES = """\
 What the controller knows of the robot is wrong or measured, in the posture of least torque. Kp too

@@ -20,6 +20,7 @@ TARGETS = "force targets"
 TARGETS_SUSPENSION = "force targets and suspension"
 SOLE_UNKNOWN = "force targets, sole unknown"
 BOTH_WAYS = "force targets, deviation from the target itself"
+NO_PID = "force targets without PID"
 
 KP_LOW, KP_HIGH = "force targets, kp 30 % too low", "force targets, kp 30 % too high"
 TORQUES = "force targets and suspension, forces from torques"
@@ -63,6 +64,7 @@ def parts(servo: hp.Servo | None = None) -> dict[str, dict[str, Any]]:
         TARGETS: aimed,
         TARGETS_SUSPENSION: whole,
         SOLE_UNKNOWN: {**aimed, "force_targets": room.ForceTargets()},
+        NO_PID: {"force_targets": aimed["force_targets"]},
         BOTH_WAYS: {
             **aimed, "force_targets": room.ForceTargets(sole="contact", deviation="target"),
         },
@@ -106,4 +108,4 @@ VARIANTS = (
     NO_PARTS, ANTICIPATION, PID, ANTICIPATING_PID, SUSPENSION, S1, TARGETS, TARGETS_SUSPENSION,
     SOLE_UNKNOWN, BOTH_WAYS, *DISTURBED,
 )  # fmt: skip
-"""All of them, in the order of tables."""
+"""Those of the main part, in the order of tables."""
