@@ -183,5 +183,7 @@ def test_walk_by_firmware_and_its_case() -> None:
     assert trace.q[-1, 0] > 0.01
     with refused(ParameterError, "Scene.servo.kp"):
         hp.simulate(hp.Scene(robot, servo=firmware.servo(drive.motor(12.0))), control, duration=0.1)
+    with refused(ParameterError, "FirmwareControl.encoder", "shaft"):
+        hp.FirmwareControl(gait, firmware, encoder="shaft")
     with refused(ParameterError, "FirmwareControl.command_period"):
         hp.FirmwareControl(gait, firmware, command_period=0.0)

@@ -38,8 +38,8 @@ ROOMS = (
 ).split()
 
 AT_EVERY_STEP = {
-    "Command()", "Measurement()", "FootControl.update", "control.SensorReader.read",
-    "control.LegGroup.joint_angles", "control.LegGroup.feet",
+    "Command()", "Measurement()", "FootControl.update", "FirmwareControl.update",
+    "control.SensorReader.read", "control.LegGroup.joint_angles", "control.LegGroup.feet",
 }  # fmt: skip
 """What a run calls at every step: checked where it is used, or when it has failed."""
 

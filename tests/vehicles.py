@@ -10,6 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 import hexapod_pin as hp
+from hexapod_pin.robot.loading.load_options import LoadOptions
 from hexapod_pin.validation.cases.robots import references, robot_file
 
 HARD_CASES: dict[str, Any] = references()
@@ -83,7 +84,7 @@ def drop(robot: hp.Robot) -> tuple[hp.Scene, hp.State, np.ndarray]:
     return scene, robot.check_state(q, v), posture
 
 
-def heavy_leg(upper: float) -> hp.Robot:
+def heavy_leg(upper: float, backlash: dict[str, float] | None = None) -> hp.Robot:
     """A light link on three bodies of 1e9 kg, axes along y; its joint ends at `upper` [rad].
 
     The heavy bodies stay where they are to 1e-11 of the light one's motion.
@@ -109,4 +110,5 @@ def heavy_leg(upper: float) -> hp.Robot:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "heavy_leg.urdf"
         path.write_text(f'<robot name="heavy_leg">{text}</robot>')
-        return hp.load_robot(path, feet=["tip"], posture=[0.0, 0.0, 0.0])
+        options = LoadOptions(backlash=backlash)
+        return hp.load_robot(path, feet=["tip"], posture={"c_joint": 0.0}, options=options)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import OrderedDict
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
@@ -31,6 +31,8 @@ class PlannedMotion:
     def __init__(self, walk: Any, robot: Any) -> None:
         """Take a controller with a plan, and who follows it."""
         self._walk, self._robot = walk, robot
+        pairs = [(robot.joint_index(x), robot.joint_index(y)) for x, y in robot.gaps.items()]
+        self._gaps, self._rotors = np.array(pairs, dtype=int).reshape(-1, 2).T
         self._plan_until(FIRST_PLAN)
 
     def _plan_until(self, end: float) -> None:
@@ -45,6 +47,12 @@ class PlannedMotion:
         if self._curve is not None:
             return np.asarray(self._curve(min(time, self._plan.time[-1])))
         found: Array = planned_motion(self._plan, np.array([time]))[0][0]
+        return found
+
+    def of_links(self, q: Array) -> Array:
+        """Return joint angles (..., n) with those of their gaps added to the rotors' [rad]."""
+        found = q.copy()
+        found[..., self._rotors] += q[..., self._gaps]
         return found
 
 
@@ -65,14 +73,17 @@ class FirmwareControl:
         walk: a `Gait`, or an open-loop motion such as `KinematicControl` or `HoldPosture`.
         firmware: of all joints that have a motor.
         command_period: time between two set-points of the host [s]; None: at every pass.
+        encoder: what the servo's encoder reads where gears have backlash: "motor", the rotor's
+            side of the gap, or "link", the joint itself.
 
     Raises:
-        ParameterError: a motion that has no plan, or a period that is not positive.
+        ParameterError: a motion that has no plan, a period that is not positive, or another side.
     """
 
     walk: Any
     firmware: Firmware
     command_period: float | None = None
+    encoder: Literal["motor", "link"] = "motor"
     _motions: OrderedDict[str, PlannedMotion] = field(
         default_factory=OrderedDict, init=False, repr=False, compare=False
     )
@@ -87,6 +98,8 @@ class FirmwareControl:
         given = self.command_period
         if given is not None and not (math.isfinite(given) and given > 0.0):
             raise ParameterError("FirmwareControl.command_period", given, "finite and above 0 s")
+        if self.encoder not in ("motor", "link"):
+            raise ParameterError("FirmwareControl.encoder", self.encoder, '"motor" or "link"')
 
     @property
     def period(self) -> float:
@@ -146,7 +159,8 @@ class FirmwareControl:
     ) -> tuple[Command, dict[str, Any]]:
         """Return the torques of the duty cycles of one pass, and the memory after it."""
         law, motion = self.firmware, self._motions[state["robot"]]
-        error = law.rounded(motion.angles(self._sent(time))) - law.rounded(measurement.q)
+        angle = measurement.q if self.encoder == "motor" else motion.of_links(measurement.q)
+        error = law.rounded(motion.angles(self._sent(time))) - law.rounded(angle)
         before = state["error"] if state["passes"] else error
         duty, total = law.duty(error, before, state["total"])
         rest = np.broadcast_to(motion.angles(0.0), measurement.q.shape)  # of no effect: kp is 0
@@ -170,13 +184,13 @@ class FirmwareControl:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the settings as TOML-able data."""
-        data = {
+        data: dict[str, Any] = {
             "kind": "firmware", "walk": dict(self.walk.to_dict()),
             "firmware": self.firmware.model_dump(exclude_none=True),
         }  # fmt: skip
-        return data if self.command_period is None else data | {
-            "command_period": self.command_period
-        }  # fmt: skip
+        if self.command_period is not None:
+            data["command_period"] = self.command_period
+        return data if self.encoder == "motor" else {**data, "encoder": self.encoder}
 
 
 def _robot_key(robot: Any) -> str:

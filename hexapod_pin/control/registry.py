@@ -128,14 +128,13 @@ def _firmware(data: Mapping[str, Any]) -> FirmwareControl:
     from hexapod_pin.control.firmware_control import FirmwareControl
     from hexapod_pin.drive.firmware import Firmware
 
-    given = table(
-        data, "controller", required=("kind", "walk", "firmware"), optional=("command_period",)
-    )
+    optional = ("command_period", "encoder")
+    given = table(data, "controller", required=("kind", "walk", "firmware"), optional=optional)
     if not isinstance(given["firmware"], Mapping):
         raise ParameterError("controller.firmware", given["firmware"], "a table")
-    return FirmwareControl(
-        read_controller(given["walk"]), Firmware(**given["firmware"]), given.get("command_period")
-    )
+    settings = {name: given[name] for name in optional if name in given}
+    walk, firmware = read_controller(given["walk"]), Firmware(**given["firmware"])
+    return FirmwareControl(walk, firmware, **settings)
 
 
 # A reader imports its class when it is called: a case uses one of them.

@@ -47,6 +47,26 @@ def drive_law(robot: Robot, servo: Servo, stops: JointStops) -> DriveLaw:
     )  # fmt: skip
 
 
+def check_gaps(robot: Robot, servo: Servo, stops: JointStops) -> None:
+    """Refuse backlash behind a rotor without inertia, or without edges.
+
+    Raises:
+        ParameterError: names the joint.
+    """
+    if not robot.gaps:
+        return
+    motors, stiffness = servo.motors(robot), stops.stiffnesses(robot)
+    for gap, joint in robot.gaps.items():
+        motor = motors[robot.joint_index(joint)]
+        if motor is None or not motor.armature > 0.0:
+            hint = "Between motor and joint there is a gap: the rotor moves by itself."
+            found = None if motor is None else motor.rotor_inertia
+            raise ParameterError(f"Motor.rotor_inertia[{joint}]", found, "above 0 kg m^2", hint)
+        if not stiffness[robot.joint_index(gap)] > 0.0:
+            allowed = "above 0 N m/rad where gears have backlash"
+            raise ParameterError("JointStops.gap_stiffness", stops.gap_stiffness, allowed)
+
+
 def _gears(motors: Sequence[Motor | None]) -> list[NativeGearFriction]:
     """Return the gear friction of every joint in the core's form; none where no joint has any."""
     from hexapod_pin import native

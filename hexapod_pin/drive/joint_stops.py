@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from pydantic import NonNegativeFloat, model_serializer
+from pydantic import NonNegativeFloat, PositiveFloat, model_serializer
 
 from hexapod_pin.drive.servo import assumed_gains
 from hexapod_pin.spec import Spec
@@ -26,6 +26,7 @@ class JointStops(Spec):
         stiffness: K [N m/rad]; 0 leaves the joints free beyond their limits.
         sliding_stiffness: K of joints that slide [N/m]; None: 0.
         dissipation: a [s/rad, or s/m of joints that slide].
+        gap_stiffness: K of the edges of gears with backlash [N m/rad]; None: `stiffness`.
         assumed: whether the numbers are this package's guess rather than the user's.
     """
 
@@ -33,6 +34,7 @@ class JointStops(Spec):
     stiffness: NonNegativeFloat
     sliding_stiffness: NonNegativeFloat | None = None
     dissipation: NonNegativeFloat = 0.0
+    gap_stiffness: PositiveFloat | None = None
     assumed: bool = False
 
     @model_serializer(mode="wrap")
@@ -42,6 +44,9 @@ class JointStops(Spec):
     def stiffnesses(self, robot: Robot) -> Array:
         """Return K of each joint [N m/rad, or N/m of joints that slide]. Shape (n,)."""
         values: Array = np.where(robot.turning, self.stiffness, self.sliding_stiffness or 0.0)
+        if self.gap_stiffness is not None:
+            gaps = np.array([name in robot.gaps for name in robot.joint_names], dtype=bool)
+            values = np.where(gaps, self.gap_stiffness, values)
         return values
 
     def describe(self) -> str:
@@ -49,6 +54,8 @@ class JointStops(Spec):
         text = f"{self.stiffness:g} N m/rad, "
         if self.sliding_stiffness is not None:
             text += f"{self.sliding_stiffness:g} N/m where joints slide, "
+        if self.gap_stiffness is not None:
+            text += f"{self.gap_stiffness:g} N m/rad at the edges of gaps, "
         return text + f"{self.dissipation:g} s/rad"
 
     @classmethod

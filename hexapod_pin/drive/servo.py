@@ -249,12 +249,17 @@ class Servo(Spec):
     def gains(self, robot: Robot) -> tuple[Array, Array]:
         """Return kp (n,) [N m/rad] and kd (n,) [N m s/rad], in the order of the robot's joints.
 
+        Those of the gaps of gears with backlash are 0.
+
         Raises:
             ParameterError: a joint has no gain, a key names no joint, or the count is wrong.
         """
-        return numbers_by_joint(robot, "Servo.kp", self.kp), numbers_by_joint(
-            robot, "Servo.kd", self.kd
+        driven = _driven(robot)
+        kp, kd = (
+            numbers_by_joint(robot, f"Servo.{name}", gain)
+            for name, gain in (("kp", self.kp), ("kd", self.kd))
         )
+        return np.where(driven, kp, 0.0), np.where(driven, kd, 0.0)
 
     def motors(self, robot: Robot) -> tuple[Motor | None, ...]:
         """Return the motor of each joint, None where there is none.
@@ -263,9 +268,10 @@ class Servo(Spec):
             ParameterError: a key names no joint.
         """
         if not isinstance(self.motor, Mapping):
-            return tuple(self.motor if turns else None for turns in robot.turning)
+            turning = robot.turning & _driven(robot)
+            return tuple(self.motor if turns else None for turns in turning)
         found = values_by_joint(robot, "Servo.motor", self.motor)
-        return tuple(found.get(name) for name in robot.joint_names)
+        return tuple(None if x in robot.gaps else found.get(x) for x in robot.joint_names)
 
     def stiffer(self, factor: float) -> Servo:
         """Return servos that answer any error of a joint with `factor` times the torque.
@@ -341,6 +347,11 @@ class Servo(Spec):
             kd=stiffness * time if kd is None else kd,
             assumed=kp is None or kd is None,
         )
+
+
+def _driven(robot: Robot) -> NDArray[np.bool_]:
+    """Return which joints have a drive: all but the gaps of gears with backlash. Shape (n,)."""
+    return np.array([name not in robot.gaps for name in robot.joint_names], dtype=bool)
 
 
 MOST_NAMED = 6

@@ -28,6 +28,7 @@ from hexapod_pin.plugins import ROBOTS, plugin_names, plugin_result
 from hexapod_pin.robot.description.leg_names import LEG_NAMES
 from hexapod_pin.robot.description.urdf_annotation import read_provenance
 from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile, parse_urdf
+from hexapod_pin.robot.loading.backlash import GAP
 from hexapod_pin.robot.loading.load_options import KeyedOptions, LoadOptions
 from hexapod_pin.robot.loading.load_urdf import LoadedUrdf, load_urdf
 from hexapod_pin.robot.loading.pin_model import Foot, build_model, joints_in_order, place_feet
@@ -148,6 +149,17 @@ class Robot(Immutable):
         """Which joints turn; the others slide: their units are m, N and m/s. Shape (n_joints,)."""
         joints = [self.model.joints[self.model.getJointId(name)] for name in self.joint_names]
         return np.array([np.any(joint.createData().S[3:]) for joint in joints], dtype=bool)
+
+    @cached_property
+    def gaps(self) -> Mapping[str, str]:
+        """Joints that are a gear's free play, with the joint behind whose motor each one is.
+
+        They have no drive; see `LoadOptions.backlash`.
+        """
+        known = {*self.joint_names}
+        pairs = {name: name.removesuffix(GAP) for name in self.joint_names}
+        found = {gap: joint for gap, joint in pairs.items() if joint != gap and joint in known}
+        return MappingProxyType(found)
 
     def leg(self, name: str) -> Leg:
         """Return a leg by name; UnknownNameError lists the known ones."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.drive.drive_law import armature, drive_law
+from hexapod_pin.drive.drive_law import armature, check_gaps, drive_law
 from hexapod_pin.drive.joint_stops import JointStops
 from hexapod_pin.errors import ParameterError, StateError
 from hexapod_pin.results.checkpoint import Checkpoint
@@ -112,6 +112,8 @@ def native_plant(scene: Scene, *, dense: bool = False) -> Any:
     from hexapod_pin import native as _native
 
     robot = scene.robot
+    if not scene.prescribed:
+        check_gaps(robot, scene.servos, scene.joint_stops)
     feet = [
         (_native_joint(robot, foot.joint), np.asarray(foot.offset, dtype=float), float(foot.radius))
         for foot in robot.feet

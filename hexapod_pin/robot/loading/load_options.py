@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, NonNegativeFloat
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.atomic_file import write_atomically
@@ -39,6 +39,8 @@ class LoadOptions(RobotHints):
         density: of its parts, for a repair [kg/m^3], 1e-3 to 1e5.
         effort: of all joints, for a repair [N m], 1e-9 to 1e6.
         velocity: of all joints, for a repair [rad/s], 1e-9 to 1e4.
+        backlash: free play of the gears from edge to edge [rad], of all joints that walk or by
+            joint name, at most 0.5: each such joint gets a gap, a joint of its own in series.
     """
 
     package_path: tuple[str, ...] = ()
@@ -48,6 +50,7 @@ class LoadOptions(RobotHints):
     density: float | None = Field(default=None, ge=1e-3, le=1e5)
     effort: float | None = Field(default=None, ge=1e-9, le=1e6)
     velocity: float | None = Field(default=None, ge=1e-9, le=1e4)
+    backlash: NonNegativeFloat | dict[str, NonNegativeFloat] | None = None
 
     def given(self) -> dict[str, Any]:
         """Return what differs from the defaults, as TOML-able data."""

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from hexapod_pin.errors import HexapodError, UrdfError
 from hexapod_pin.robot.description.urdf_file import UrdfFile, parse_urdf
+from hexapod_pin.robot.loading.backlash import with_backlash
 from hexapod_pin.robot.loading.load_options import LoadOptions, read_hints
 from hexapod_pin.robot.reading.resources import ResourceFinder
 from hexapod_pin.robot.reading.robot_text import read_robot_text
@@ -76,6 +77,8 @@ def loaded(read: SourceFile, options: LoadOptions, layout: RobotLayout | None = 
         raise UrdfError(file.source, [*findings, *more])
     layout = layout or recognise(file, finder, options)
     file = annotate_urdf(file, layout)
+    if options.backlash:
+        file, layout = with_backlash(file, layout, options.backlash)
     return LoadedUrdf(file, layout, options, repaired, (*notes, *suspicious), doubts)
 
 
