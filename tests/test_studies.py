@@ -88,12 +88,16 @@ SHORT = {
         "sweep_kills": "--kills 2 --cases 4 --duration 0.3",
         "motor_criterion": "--robots kharagpur --accuracy 1e-3",
         "motor_feedback": "--walks 1",
+        "backlash": "--plays 0 --checked 0 --accuracy 3e-3",
         "walk_tracking": "--quick",
         "unknown_ground": "--quick",
         "tolerance_calibration": "--drops 1 --methods extrapolated-euler",
     }.items()
 }
 """Options with which a study is short."""
+
+FIGURES = ("backlash", "constraint_drift", "gain_borders")
+"""Studies that draw a figure beside their page."""
 
 ELSEWHERE = {
     "contact_energy": "tests/test_contact_matrix.py",
@@ -165,7 +169,7 @@ def test_studies_are_listed_and_run_by_one_command() -> None:
 @pytest.mark.parametrize("name", [name for name in SHORT if name not in ("step_cost",)])
 def test_study_writes_its_page(name: str, tmp_path: Path, capsys) -> None:
     """Command and machine in the head, no host, no path; the page is printed too."""
-    places = {name: ["--figure", "f.svg"] for name in ("constraint_drift", "gain_borders")}
+    places = {name: ["--figure", "f.svg"] for name in FIGURES}
     places["sweep_scale"] = ["--page", "scale.md"]
     places["real_robots"] = ["--folder", "robots"]
     places["servo_pendulum"] = ["--data", "recordings.json"]
