@@ -32,7 +32,7 @@ SPEED_LIMIT = 0.05
 STATIC_LIMIT = 1e-9
 """Largest difference of masses, mass matrices and gravity torques over their largest entry [-]."""
 
-ROBOTS = "kharagpur,athena,elkapod.urdf,grasp.urdf,golem.urdf,akrobat.urdf"
+ROBOTS = "kharagpur,athena,elkapod.urdf,grasp.urdf,golem.urdf,akrobat.urdf,crab_pyrobolearn.urdf"
 
 STEADY_CYCLES = 2
 """Cycles at the end over which speeds are measured."""
