@@ -323,7 +323,7 @@ def walk(
         motor=motors.record,
         repaired=repaired if doubtful else None,
         changed=changed,
-        following=f"hexapod-pin select {robot}",
+        following=f"hexapod-pin select {robot}{' --repair' * repair}",
     )
     shown = Shown(full, joints, assumed, json, verdict, quick, threads)
     run_and_report(job, trace_path, html_path, shown)

@@ -261,7 +261,10 @@ def _odd_output(found: CommandInput, rng: random.Random) -> None:
     elif rng.random() < 0.2:
         path = rng.choice(list(sound_files()))
     found.words = _with_option(found.words, option, path, rng)
-    if option != "OUT":
+    if option == "OUT":  # its ending is the format, and one takes longer than another
+        usual = f"usual{ending if ending in endings else endings[0]}"
+        found.sound = _with_option(found.sound, option, usual, rng)
+    else:
         found.sound.append(f"{option}=usual{endings[0]}")
 
 
