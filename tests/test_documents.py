@@ -102,7 +102,7 @@ def blocks(page: Path) -> list[str]:
 def test_the_code_of_a_page_runs(page, tmp_path, monkeypatch):
     """The blocks of a page belong together: names of one are known in the next.
 
-    Those of `extending` are pieces of modules of the package, into which a reader puts them.
+    Those of `extending` are pieces of modules of the package: `test_extending.py` runs them there.
     """
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {}
