@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import atexit
+import contextlib
 import gc
 import os
 import sys
+import threading
 from collections.abc import Sequence
 from typing import NoReturn
 
@@ -45,8 +48,27 @@ def main(argv: Sequence[str] | None = None) -> NoReturn:
         sys.exit(2)
     try:
         run_process(argv)
-    finally:
-        gc.freeze()  # the process ends: what is left is no garbage to look for, which took 0.13 s
+    except SystemExit as leaving:
+        if leaving.code is not None and not isinstance(leaving.code, int):
+            raise
+        _leave(leaving.code or 0)
+
+
+def _leave(status: int) -> NoReturn:
+    """End the process once all is done and written, without taking the interpreter apart.
+
+    That looks for garbage among all objects, 0.13 s, and what it does not find in cycles that hold
+    native objects is then reported by nanobind as a leak. An error that nothing has caught does
+    not come here: it ends in Python's traceback.
+    """
+    for thread in threading.enumerate():
+        if thread is not threading.current_thread() and not thread.daemon:
+            thread.join()
+    atexit._run_exitfuncs()
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(OSError, ValueError):  # closed, or a disk that is full: reported
+            stream.flush()
+    os._exit(status)
 
 
 if __name__ == "__main__":

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.control.feasibility import shortest_cycle, violation
-from hexapod_pin.control.gait import Gait, gaits_for
+from hexapod_pin.control.gait import GAITS, Gait, gaits_for
 from hexapod_pin.control.gait_refusal import collision, refuse_impossible
 from hexapod_pin.control.leg_group import leg_group
-from hexapod_pin.errors import GaitError, ParameterError
+from hexapod_pin.errors import GaitError, ParameterError, UnknownNameError
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.robot.holding_torque import STANDARD_GRAVITY
 from hexapod_pin.robot.leg_bodies import leg_bodies
@@ -327,4 +327,12 @@ def named_gait(robot: Robot, name: str, **fields: float) -> Gait:
         ParameterError: a value is out of range.
     """
     values: dict[str, Any] = fields
-    return Gait.by_name(name, legs=len(leg_group(robot).legs), **values)
+    legs = leg_group(robot).legs
+    try:
+        return Gait.by_name(name, legs=len(legs), **values)
+    except UnknownNameError as error:
+        if name not in GAITS or not robot.held:
+            raise
+        found = ", ".join(leg.name for leg in legs)
+        what = f"gait of {len(legs)} legs ({found}; no leg: {', '.join(robot.held)})"
+        raise UnknownNameError(what, name, error.known) from None

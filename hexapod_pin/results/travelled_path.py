@@ -152,7 +152,8 @@ class PushEffect:
         left: what is left of it at the end of the run [m].
         after: from `start` until it walks on as before, elsewhere or on its track [s]; None where
             it has not by the end of the run.
-        torque: largest torque of a joint until then [N m]; None where torques were not recorded.
+        torque: largest torque of a joint until then, and until a cycle after the last push [N m];
+            None where torques were not recorded.
         joint: that joint; empty where none is known.
     """
 
@@ -167,6 +168,8 @@ class PushEffect:
     def line(self) -> str:
         """What the push did, in a few words."""
         size = f"{1e3 * self.offset:.3g} mm" if self.offset < 1.0 else f"{self.offset:.3g} m"
+        if self.after == 0.0:
+            return f"moved by {size} only when pushed"
         if self.after is None:
             return f"pushed off its track by {size}, still moved by it at the end"
         word = "back" if self.left < RETURNED_SHARE * self.offset else "walks on"
@@ -182,7 +185,8 @@ def find_push_effect(trace: Trace) -> PushEffect | None:
     from hexapod_pin.scene.loads import Push
 
     loads = () if trace.run.scene is None else trace.run.scene.loads
-    starts = [load.start for load in loads if isinstance(load, Push)]
+    pushes = [load for load in loads if isinstance(load, Push)]
+    starts = [load.start for load in pushes]
     time = trace.time
     if not starts or min(starts) >= float(time[-1]):
         return None
@@ -202,7 +206,9 @@ def find_push_effect(trace: Trace) -> PushEffect | None:
     after = None if moved[last].any() else float(since[settled])
     torque, joint = None, ""
     if "torque" in trace.recorded:
-        sizes = np.abs(trace.torque[first : first + settled + 1])
+        quiet = max(load.start + load.duration for load in pushes) + min(cycle, since[-1])
+        upto = max(settled + 1, int(np.searchsorted(time, quiet, side="right")))
+        sizes = np.abs(trace.torque[first : first + upto])
         worst = int(np.argmax(sizes.max(axis=0)))
         torque, joint = float(sizes[:, worst].max()), trace.joint_names[worst]
     left = float(np.linalg.norm(away[last].mean(axis=0)))

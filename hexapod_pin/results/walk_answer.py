@@ -131,8 +131,8 @@ class WalkAnswer(Immutable):
         push, start = verdict.push, self.budget.window.start
         if push is not None and push.torque is not None and push.start < start:
             found += folded(
-                f"until then {push.joint} took up to {rounded(push.torque)} N m; the table is of "
-                f"steady walking from {start:.3g} s"
+                f"in the push and a cycle after it {push.joint} took up to "
+                f"{rounded(push.torque)} N m; the table is of steady walking from {start:.3g} s"
             )
         return found + joint_table(self.budget.kinds, self.lightest, self.voltage).lines()
 

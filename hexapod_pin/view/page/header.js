@@ -145,7 +145,8 @@ function showLegend() {
 
 function makeTable() {
   const {box} = panel("Worst instants", true), table = element("table", {id: "worst"});
-  box.querySelector("small").textContent = "a click on a time shows it";
+  const [from, until] = R.data.window ?? [start, END];
+  box.querySelector("small").textContent = `of ${from.toFixed(2)} to ${until.toFixed(2)} s; a click on a time shows it`;
   const shares = worst.some((row) => row.use !== undefined);
   if (runs.length > 1) {
     table.append(element("tr", {}, ...["", "", "", "", R.data.name, ...(shares ? ["of limit"] : []),
