@@ -219,8 +219,8 @@ def median_table(changes: list[CellChange], title: str = MEDIANS_OF_CELLS) -> Ta
         limits = _median_limits(posture, terrain, variant)
         words, missed = [], []
         for metric, name in SHOWN.items():
-            values = known_changes(group, metric)
-            words.append(median_range(values))
+            values = _known(group, metric)
+            words.append(_range(values))
             limit = limits.get(metric)
             if limit is not None and not (len(values) and np.median(values) <= limit):
                 missed.append(f"{name} at most {100.0 * limit:+.0f}")
@@ -254,14 +254,12 @@ def _median_limits(posture: str, terrain: str, variant: str) -> Limits:
     return {**MEDIANS.get(terrain, {}), **(WITH_SUSPENSION if own else {})}
 
 
-def known_changes(group: list[CellChange], metric: str) -> list[float]:
-    """Return the changes of a metric in the cells where there is one."""
+def _known(group: list[CellChange], metric: str) -> list[float]:
     found = [one.changes[metric] for one in group]
     return [change.value for change in found if change is not None]
 
 
-def median_range(values: list[float]) -> str:
-    """Return median, least and largest of relative numbers in percent."""
+def _range(values: list[float]) -> str:
     if not values:
         return "-"
     low, middle, high = (100.0 * f(values) for f in (min, np.median, max))
@@ -282,7 +280,7 @@ def signs_table(changes: list[CellChange]) -> Table:
             and one.cell.terrain in JUDGED
         ]  # fmt: skip
         lost = sum(one.walked[1] - one.walked[0] for one in own)
-        fallen = [sum(value < 0.0 for value in known_changes(own, metric)) for metric in DECREASING]
+        fallen = [sum(value < 0.0 for value in _known(own, metric)) for metric in DECREASING]
         share = sum(fallen) / (len(own) * len(DECREASING)) if own else 0.0
         least = SAME_SIGNS.get(variant)
         word = "-" if least is None or not own else "pass" if share >= least else "FAIL"
@@ -317,8 +315,7 @@ def claims_table(changes: list[CellChange], found: Found) -> Table:
     rows = []
     for claim, metric in CLAIMS.items():
         columns = {
-            name: known_changes([one for one in changes if one.variant == name], metric)
-            for name in names
+            name: _known([one for one in changes if one.variant == name], metric) for name in names
         }
         posture = [
             change.value for change in posture_changes(found).get(metric, {}).values() if change

@@ -20,7 +20,6 @@ TARGETS = "force targets"
 TARGETS_SUSPENSION = "force targets and suspension"
 SOLE_UNKNOWN = "force targets, sole unknown"
 BOTH_WAYS = "force targets, deviation from the target itself"
-NO_PID = "force targets without PID"
 
 KP_LOW, KP_HIGH = "force targets, kp 30 % too low", "force targets, kp 30 % too high"
 TORQUES = "force targets and suspension, forces from torques"
@@ -64,7 +63,6 @@ def parts(servo: hp.Servo | None = None) -> dict[str, dict[str, Any]]:
         TARGETS: aimed,
         TARGETS_SUSPENSION: whole,
         SOLE_UNKNOWN: {**aimed, "force_targets": room.ForceTargets()},
-        NO_PID: {"force_targets": aimed["force_targets"]},
         BOTH_WAYS: {
             **aimed, "force_targets": room.ForceTargets(sole="contact", deviation="target"),
         },
