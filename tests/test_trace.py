@@ -14,6 +14,7 @@ from refusals import refused
 from synthetic import FEET, JOINTS, WEIGHT, synthetic_trace, with_run
 
 from hexapod_pin.errors import ParameterError, TraceFileError, UnknownNameError
+from hexapod_pin.results.result_files import Column, Group, read_netcdf, write_netcdf
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.trace_file import load_trace
 from hexapod_pin.results.trace_layout import ENERGIES
@@ -276,3 +277,25 @@ def test_an_array_larger_than_its_file_can_hold_is_not_made(saved: Path) -> None
         file._h5file.create_dataset("com", shape=(10**12, 3), dtype="f8", chunks=(1000, 3))
     with refused(TraceFileError, about=(str(saved), "/com", "(1000000000000, 3)")):
         load_trace(saved)
+
+
+def test_axes_without_length_and_groups_are_those_of_netcdf(tmp_path: Path) -> None:
+    """Another reader finds names of axes, labels, text and truth values where no sample is."""
+    xarray = pytest.importorskip("xarray")
+    columns = {
+        "time": Column(("time",), np.linspace(0.0, 1.0, 5000), {"units": "s"}),
+        "force": Column(("time", "foot"), np.arange(10000.0).reshape(5000, 2), {"units": "N"}),
+        "foot": Column(("foot",), np.array(["left", "right"], dtype=object), {}),
+        "pushed": Column(("event", "foot"), np.zeros((0, 2)), {}),
+        "down": Column(("time",), np.arange(5000) % 2 == 0, {}),
+        "source": Column((), np.array("Müller", dtype=object), {}),
+    }
+    path = write_netcdf(tmp_path / "a.nc", columns, {"count": 3}, {"more": Group(columns, {})})
+    for group in (None, "more"):
+        with xarray.open_dataset(path, group=group, engine="h5netcdf") as found:
+            assert dict(found.sizes) == {"time": 5000, "foot": 2, "event": 0}
+            assert found.force.dims == ("time", "foot")
+            assert found.force.sel(foot="right").values[-1] == 9999.0
+            assert found.down.dtype == bool and found.source.item() == "Müller"
+            assert set(found.coords) == {"time", "foot"}
+    assert read_netcdf(path)[1]["count"] == 3
