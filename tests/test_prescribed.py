@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -117,9 +119,18 @@ def motion_start(robot: hp.Robot) -> hp.HoldPosture:
     return hp.HoldPosture(moving_legs().plan(robot, 0.4).q[0])
 
 
-def run(robot: hp.Robot, method: str, **settings: float) -> hp.Trace:
+@pytest.fixture(scope="module")
+def run(robot: hp.Robot) -> Callable[[str], hp.Trace]:
+    """Run a method with its setting, once."""
     scene = hp.Scene(robot, contact=CONTACT, prescribed=True)
-    return hp.simulate(scene, moving_legs(), duration=0.4, method=method, sample=0.01, **settings)
+
+    @cache
+    def one(method: str) -> hp.Trace:
+        return hp.simulate(
+            scene, moving_legs(), duration=0.4, method=method, sample=0.01, **METHODS[method][0]
+        )
+
+    return one
 
 
 @pytest.fixture(scope="module")
@@ -129,18 +140,19 @@ def reference(robot: hp.Robot) -> tuple[Array, Array]:
 
 @pytest.mark.parametrize("method", METHODS)
 def test_equals_an_independent_integration_of_the_six_equations(
-    robot: hp.Robot, reference: tuple[Array, Array], method: str
+    run: Callable[[str], hp.Trace], reference: tuple[Array, Array], method: str
 ) -> None:
-    settings, tolerance = METHODS[method]
-    trace = run(robot, method, **settings)
+    trace, tolerance = run(method), METHODS[method][1]
     error = np.abs(trace.q - reference[0]).max(axis=0)
     assert error[:7].max() < tolerance
     assert error[7:].max() < 1e-12  # the joints are where their functions are, to rounding
 
 
-def test_torque_is_the_reaction(robot: hp.Robot, reference: tuple[Array, Array]) -> None:
+def test_torque_is_the_reaction(
+    run: Callable[[str], hp.Trace], reference: tuple[Array, Array]
+) -> None:
     """Errors of 1e-11 m in the base are 1e-6 N on feet of 1e5 N/m; where motions jump apart."""
-    trace = run(robot, "dop853", accuracy=1e-11)
+    trace = run("dop853")
     jumps = np.isin(np.round(trace.time, 6), [0.05, 0.15, 0.2, 0.3, 0.4])
     error = np.abs(trace.torque - reference[1])[~jumps]
     assert error.max() < 1e-6
@@ -148,8 +160,8 @@ def test_torque_is_the_reaction(robot: hp.Robot, reference: tuple[Array, Array])
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_energy_is_accounted_for(robot: hp.Robot, method: str) -> None:
-    trace = run(robot, method, **METHODS[method][0])
+def test_energy_is_accounted_for(run: Callable[[str], hp.Trace], method: str) -> None:
+    trace = run(method)
     work = np.abs(trace.energy["servo_work"]).max()
     first_order = method in ("robust", "implicit-euler")
     assert np.abs(trace.energy_residual).max() < (2e-2 if first_order else 1e-5) * work
