@@ -25,7 +25,7 @@ import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError, UrdfError
 from hexapod_pin.robot.repair.finding import RepairOptions
 
-INPUTS = 10
+INPUTS = 6
 """Of each entry point; `make fuzz` tries many more with seeds of the clock."""
 
 IN_PROCESS = [door for door in DOORS if door not in SELDOM]
