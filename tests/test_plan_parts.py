@@ -33,13 +33,13 @@ def test_a_part_has_the_bits_of_the_whole(since: float, stop_at: float | None):
 
 
 @pytest.mark.parametrize(
-    ("method", "stop_at"), [("extrapolated-euler", 17.0), ("ndf", None), ("robust", 17.0)]
+    ("method", "stop_at"), [("extrapolated-euler", 9.0), ("ndf", None), ("robust", 9.0)]
 )
 def test_a_walk_in_parts_has_the_bits_of_one_that_is_planned_at_once(
     method: str, stop_at: float | None, monkeypatch: pytest.MonkeyPatch
 ):
     settings = {"step": 2e-3} if method == "robust" else {"accuracy": 1e-5, "estimate": False}
-    run = dict(duration=20.0, method=method, sample=0.1, **settings)
+    run = dict(duration=12.0, method=method, sample=0.1, **settings)
     control = hp.KinematicControl(GAIT, stop_at=stop_at)
     monkeypatch.setattr(plan_parts, "PART", 120.0)
     whole = hp.simulate(SCENE, control, **run)
