@@ -51,16 +51,14 @@ def one_line(done: subprocess.CompletedProcess[str]) -> bool:
     return done.stderr.count("\n") == 1 and done.stderr.startswith("hexapod-pin: ")
 
 
-@pytest.mark.parametrize("closed", ["<&- >&-", "2>&-"])
-def test_closed_streams_are_no_matter(closed: str, tmp_path: Path) -> None:
+def test_closed_streams_are_no_matter(tmp_path: Path) -> None:
     """The command is run, its files are written, its status is right."""
     words = ["repair", str(hp.urdf_path("kharagpur")), "--out", "repaired.urdf"]
-    done = process(words, tmp_path, f"exec {closed}")
-    assert done.returncode == 0
+    done = process(words, tmp_path, "exec 2>&-")
+    assert done.returncode == 0 and "repaired.urdf" in done.stdout
     assert hp.load_robot(tmp_path / "repaired.urdf").legs == hp.load_robot("kharagpur").legs
-    assert "Traceback" not in done.stderr
-    assert ("repaired.urdf" in done.stdout) == (">&-" not in closed.split())
-    assert process(["check", "none"], tmp_path, f"exec {closed}").returncode == 2
+    done = process(["check", "none"], tmp_path, "exec <&- >&-")
+    assert (done.returncode, done.stdout) == (2, "") and one_line(done)
 
 
 def test_a_walk_without_streams_is_written(tmp_path: Path) -> None:
