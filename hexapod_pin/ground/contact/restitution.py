@@ -231,10 +231,10 @@ def bounce(law: NormalLaw, *, mass: float, speed: float) -> Bounce:
             raise ParameterError(name, value, f"{LEAST:g} to {MOST:g} (SI)")
     power = law.exponent + 1.0
     depth = (power * mass * speed**2 / (2.0 * law.stiffness)) ** (1.0 / power)
-    law_of, scale = [law.native()], depth / (mass * speed**2)
+    native, scale = law.native(), depth / (mass * speed**2)
 
     def motion(_time: float, y: Array) -> tuple[float, float]:
-        return y[1], -scale * law_of[0](depth * y[0], speed * y[1], speed)[0]
+        return y[1], -scale * native(depth * y[0], speed * y[1], speed)[0]
 
     def left(_time: float, y: Array) -> float:
         return float(y[0])
@@ -249,7 +249,6 @@ def bounce(law: NormalLaw, *, mass: float, speed: float) -> Bounce:
         atol=1e-13,
         events=left,
     )
-    law_of.clear()  # SciPy's solver refers to itself, and the native law is not to be left in that
     x, u = run.y
     force = law.force(np.maximum(x, 0.0) * depth, u * speed, speed)
     restitution = -float(u[-1]) if run.status == 1 else 0.0
