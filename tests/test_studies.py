@@ -46,7 +46,7 @@ SHORT = {
         "constraint_drift": "--duration 0.02 --rounds 1",
         "contact_cost": "--duration 0.05 --rounds 1",
         "creep": "--duration 0.05",
-        "first_lines": "--most 3",
+        "first_lines": "--most 2",
         "formulations_cost": "--rounds 1 --stiffnesses 1",
         "gain_borders": (
             "--robots kharagpur --contacts accurate --quantities slip.kp --delays 20 --points 1"
@@ -79,7 +79,7 @@ SHORT = {
             "--accuracies 1e-4 --explicit-for 0"
         ),
         "robust_cost": "--quick",
-        "s1_comparison": "--quick",
+        "s1_comparison": "--quick --draws 1",
         "second_rhs": "--groups friction --most 1 --tolerance 1e-7",
         "servo_pendulum": "--accuracy 1e-3",
         "step_cost": "--quick",
