@@ -385,6 +385,8 @@ class TunedParameters(Protocol):
     history: tuple[Any, ...]
     penalty: float
     seed: int
+    robot: str
+    walk: str
 
     @property
     def failed(self) -> int:
