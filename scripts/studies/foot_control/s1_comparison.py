@@ -219,13 +219,15 @@ What misses, and why (further runs).
   80 mm (medians), one point per 10 mm by regression over all walks; with 100 mm 13 % (athena,
   tripod) and 9 % (kharagpur, tetrapod). Bumps, ticks of 2 ms, 12 walks: 4 points per 10 mm
   (correlation 0.80; with the suspension 0.79, without the soles 0.77), so that 12 % is reached at
-  65 mm, and 10 % at the mean stroke of 60 mm. Stroke and kind of gait are not independent there;
-  the last table has the same gaits with one number changed. The suspension changes energy by -0.2
-  points in the mean and 1.7 at most, so it is not the cause. Pushing soles down costs 1 to 4 points
-  on flat ground: without it a controller saves more energy, and improves all else less.
+  65 mm, and 10 % at the mean stroke of 60 mm. Stroke and kind of gait are not independent there.
+  In the last table they are: the same gaits save 5 to 6 % with 40 mm, 10 to 13 % as drawn, 20 to
+  22 % with 100 mm, and two thirds to three quarters as much on bumps half as high. The suspension
+  changes energy by -0.2 points in the mean and 2 at most, so it is not the cause. Pushing soles
+  down costs 1 to 4 points on flat ground: without it a controller saves more energy, and improves
+  all else less.
 - *Slip path without parts, athena with S1's contact.* It is the error of the integration of
   conventional control, which slips 2 to 4 % too far at the default accuracy. With the same gaits at
-  1e-6 both paths agree within 0.1 % in the mean (table "by accuracy").
+  1e-6 both paths agree within 0.2 % in the mean (table "by accuracy").
 - *Torques with dry joints, athena.* Friction does it: of the same gaits on sticking contact the
   torque RMS changes by +1.2, +2.6 and +4.6 % and its peak by -5, +7 and +18 % with 0, 0.1 and 0.2 N
   m. Offsets of set-points do not know of it.
