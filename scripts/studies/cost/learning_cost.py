@@ -117,7 +117,7 @@ def _walk(steps: int, **how: Any) -> Walk:
     env = hp.rl.WalkEnv(**WALK, **how, duration=60.0)
     action = np.zeros(len(env.walker.driven))
 
-    def run() -> tuple[float, Array]:
+    def run() -> tuple[float, Array, float]:
         env.reset(seed=0)
         path, begin = np.empty((steps, 2)), time.process_time()
         for k in range(steps):
@@ -132,7 +132,7 @@ def _many(steps: int, **how: Any) -> Walk:
     env = hp.rl.WalkVectorEnv(TOGETHER, **WALK, **how, duration=60.0)
     actions = np.zeros((TOGETHER, len(env.walkers[0].driven)))
 
-    def run() -> tuple[float, Array]:
+    def run() -> tuple[float, Array, float]:
         env.reset(seed=0)
         path, begin = np.empty((steps, 2)), time.process_time()
         for k in range(steps):
