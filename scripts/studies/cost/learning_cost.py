@@ -86,13 +86,11 @@ def learning_cost(*, duration: float = 4.0, rounds: int = 5, resets: int = 10_00
             "place in the horizontal plane at the ends of the steps.",
             Table("", head, rows, "<>>>"),
             "Torques at their limits: mean over joints and steps of MuJoCo; in its references "
-            f"{at_limit} with held and with moving set-points. A set-point that jumps asks for "
-            "more torque than the limit, but with the damping of a servo and the inertia of a "
-            "tibia the rate follows within 0.04 ms, and the torque is below it again. A step of 2 "
-            "ms holds the limit for its whole length, and the implicit integrators leave out the "
-            "damping of an actuator at its limit (`mjd_actuator_vel` of MuJoCo): the joint "
-            "overshoots, the next step has the other limit, and the feet rattle. One change at a "
-            "time, held set-points at 2 ms, MuJoCo 4.0.0, each against a reference of its own: "
+            f"{at_limit} with held and with moving set-points. Set-points that jump, "
+            "together with the limits of the torques, cause most of the error at 2 ms; by which "
+            "mechanism was not isolated. (A step holds the limit for 2 ms, where with the damping "
+            "of a servo and the inertia of a tibia the torque is below it after 0.04 ms.) One "
+            "change at a time, held set-points at 2 ms, MuJoCo 4.0.0, each against a reference of its own: "
             "without a limit of the torques the error was 5.4 mm in place of 49; an elliptic cone "
             "made it 25, `impratio` 10 37, a `solref` of 10 and 40 ms 37 and 46, a solver "
             "tolerance of 1e-12 49, semi-implicit Euler and RK4 128 and 189.",
