@@ -168,7 +168,15 @@ def controllers() -> tuple[Any, ...]:
         {"lf_coxa_joint": hp.motion.Step(start=0.1, end=0.2, initial=0.0, final=0.1)}
     )
     sent = hp.motion.SampledTrajectory([0.0, 0.1], np.stack([robot().posture] * 2))
-    return walk(), foot, hp.HoldPosture(), hp.motion.ArcWalk(), motion, sent
+    return (
+        walk(),
+        foot,
+        hp.HoldPosture(),
+        hp.FirmwareControl(walk(), hp.drive.Firmware(proportional=2.0)),
+        hp.motion.ArcWalk(),
+        motion,
+        sent,
+    )
 
 
 def _sizing() -> list[Any]:

@@ -139,7 +139,7 @@ def test_a_walk_held_against_a_motor_again_from_its_arrays() -> None:
 
 
 def test_motors_by_kind_of_joint() -> None:
-    weak, strong = record(), record(model="S", stall_torque=20.0, mass=0.4)
+    weak, strong = record(), record(model="S", stall_torque=20.0, stall_current=30.0, mass=0.4)
     mixed = hp.motor_budget(demand(), {"coxa": weak, "femur": strong, "tibia": weak})
     assert mixed.kind("femur").motor == "S at 12 V" and mixed.kind("coxa").motor == "M at 12 V"
     alone = hp.motor_budget(demand(), strong, kinds=["femur"])
@@ -164,5 +164,6 @@ def test_the_text_and_the_data_say_why_it_fails_and_what_is_unknown() -> None:
     assert plain["joints"][0]["current_peak"] is None
     assert plain["battery"]["current_peak"] is None and plain["battery"]["unknown"]
     assert any("*assumed*" in note for note in budget.notes)  # what the derating rests on
-    strong = hp.motor_budget(demand(), record(stall_torque=80.0, no_load_speed=30.0, mass=1.6))
+    huge = record(stall_torque=80.0, no_load_speed=30.0, stall_current=300.0, mass=1.6)
+    strong = hp.motor_budget(demand(), huge)
     assert strong.passes and not strong.reasons and "PASSES" in strong.table()

@@ -271,7 +271,7 @@ def test_ground_and_loads_that_are_none(run: Run, option: str, text: str, said: 
 def test_ground_and_loads_reach_the_case(run: Run, tmp_path: Path) -> None:
     """Each option is what a case file says in full."""
     (tmp_path / "ground.toml").write_text('kind = "ramp"\nangle = 0.1\nstart = 0.5\nrun = 0.4\n')
-    options = "--terrain ground.toml --payload 1.5kg@lf_tibia --push -20N@1s --lost-leg rm@0.05s"
+    options = "--terrain ground.toml --payload 1.5kg@lf_tibia --push -20N@0.05s --lost-leg rm@0.05s"
     done = run("walk", "kharagpur", *WALK, *"--duration 0.1 --save-case c.toml".split(),
                *options.split())  # fmt: skip
     assert done.status == 0, done.err
@@ -279,7 +279,7 @@ def test_ground_and_loads_reach_the_case(run: Run, tmp_path: Path) -> None:
     assert scene.terrain == Ramp(angle=0.1, start=0.5, run=0.4)
     assert scene.loads == (
         hp.loads.Payload("lf_tibia", 1.5),
-        hp.loads.Push("base_link", force=(0.0, -20.0, 0.0), start=1.0, duration=0.1),
+        hp.loads.Push("base_link", force=(0.0, -20.0, 0.0), start=0.05, duration=0.1),
         hp.loads.LostLeg("rm", 0.05),
     )
 

@@ -287,7 +287,9 @@ def walk(
     )  # fmt: skip
     if duration is None:
         case = until_steady(case)
-    late = [load for load in scene.loads if getattr(load, "start", 0.0) >= time]
+    from hexapod_pin.scene.loads import LostLeg, Push
+
+    late = [x for x in scene.loads if isinstance(x, Push | LostLeg) and x.start >= time]
     if late:
         raise ParameterError(
             "--push, --lost-leg", late[0].start, f"before the run ends at {time:g} s",

@@ -41,6 +41,7 @@ def _controllers() -> list[Any]:
     return [
         material.control(), hp.KinematicControl(gait, body=body, velocity=velocity),
         hp.motion.ArcWalk(gait), hp.HoldPosture(),
+        hp.FirmwareControl(gait, hp.drive.Firmware(proportional=2.0)),
         hp.motion.JointMotion({material.robot().joint_names[0]: path}),
         hp.motion.SampledTrajectory([0.0, 1.0], [material.robot().posture] * 2),
         hp.FootControl(
