@@ -91,9 +91,9 @@ def learning_cost(*, duration: float = 4.0, rounds: int = 5, resets: int = 10_00
             "mechanism was not isolated. (A step holds the limit for 2 ms, where with the damping "
             "of a servo and the inertia of a tibia the torque is below it after 0.04 ms.) One "
             "change at a time, held set-points at 2 ms, MuJoCo 4.0.0, each against a reference of "
-            "its own: without a limit of the torques the error was 5.4 mm in place of 49; an elliptic cone "
-            "made it 25, `impratio` 10 37, a `solref` of 10 and 40 ms 37 and 46, a solver "
-            "tolerance of 1e-12 49, semi-implicit Euler and RK4 128 and 189.",
+            "its own: without a limit of the torques the error was 5.4 mm in place of 49; an "
+            "elliptic cone made it 25, `impratio` 10 37, a `solref` of 10 and 40 ms 37 and 46, a "
+            "solver tolerance of 1e-12 49, semi-implicit Euler and RK4 128 and 189.",
             f"Memory over {resets} resets, each with a step, a slope, a friction and a speed of "
             f"its own: {first / 1e6:.1f} MB after a tenth of them, {grown / 1e6:+.2f} MB at the "
             f"end. {limit}",
