@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import pickle
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -189,3 +190,11 @@ def test_robot_with_backlash() -> None:
         hp.load_robot("kharagpur", options=LoadOptions(backlash={"nose": 0.01}))
     with refused(ParameterError, "LoadOptions.backlash[lf_coxa_joint]", 0.6):
         hp.load_robot("kharagpur", options=LoadOptions(backlash={"lf_coxa_joint": 0.6}))
+
+
+def test_a_joint_that_only_has_the_name_of_a_gap_keeps_its_drive(tmp_path: Path) -> None:
+    text = hp.load_robot("kharagpur").urdf.replace("lf_femur_joint", "lf_coxa_joint_backlash")
+    (tmp_path / "named.urdf").write_text(text)
+    robot = hp.load_robot(tmp_path / "named.urdf")
+    assert "lf_coxa_joint_backlash" in robot.joint_names and not robot.gaps
+    assert (hp.Scene(robot).servos.gains(robot)[0] > 0.0).all()

@@ -191,6 +191,7 @@ def _load_and_leave() -> NoReturn:
         os.dup2(nothing, 1)
         os.dup2(nothing, 2)
         _load_linear_algebra()
+        import h5netcdf  # noqa: F401
         import h5py  # noqa: F401
         import numpy as np
         import pinocchio  # noqa: F401

@@ -6,11 +6,10 @@ The ending of a file's name gives its format; JSON holds finite numbers only.
 from __future__ import annotations
 
 import io
-import itertools
 import math
 import re
 import zlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
@@ -74,50 +73,26 @@ def write_netcdf(
         TraceFileError: another ending than that of a netCDF-4 file, or the file cannot be written;
             the old one, if any, is intact.
     """
-    import h5py
+    import h5netcdf
 
     check_ending(path, NETCDF)
     image = io.BytesIO()
-    numbers = itertools.count()
-    with h5py.File(image, "w", track_order=True) as file:
-        _write_group(file, Group(columns, attributes), numbers)
+    with h5netcdf.File(image, "w") as file:
+        _write_group(file, Group(columns, attributes))
         for name, group in (groups or {}).items():
-            _write_group(file.create_group(name, track_order=True), group, numbers)
+            _write_group(file.create_group(name), group)
     image.seek(0, io.SEEK_END)
     image.write(seal_of(image.getvalue()))
     return write_atomically(path, image.getbuffer())
 
 
-def _write_group(place: Any, group: Group, numbers: Iterator[int]) -> None:
-    """Write columns and attributes into a file or one of its groups, as netCDF-4 has them.
-
-    An axis is an HDF5 dimension scale: the variable of its labels, or an empty one. `numbers` are
-    those of the axes, by which netCDF knows them.
-    """
-    lengths = _dimensions(group.columns)
-    known = {dim: next(numbers) for dim in lengths}
-    scales = {
-        dim: _create(place, dim, (length,), dtype=">f4")
-        for dim, length in lengths.items()
-        if dim not in group.columns
-    }
-    written = {
-        name: _write_column(place, name, column, known) for name, column in group.columns.items()
-    }
-    for dim in lengths:
-        label = f"{NO_VARIABLE}{lengths[dim]:10}" if dim in scales else dim
-        scale = scales.setdefault(dim, written.get(dim))
-        _set_scale(scale, label, known[dim])
+def _write_group(place: Any, group: Group) -> None:
+    """Write columns and attributes into a file or one of its groups."""
+    place.dimensions = _dimensions(group.columns)
     for name, column in group.columns.items():
-        if name not in lengths:
-            _attach(written[name], [scales[dim] for dim in column.dims])
+        _write_column(place, name, column)
     for key, value in group.attributes.items():
-        plain = np.isscalar(value) and not isinstance(value, str | bytes)
-        place.attrs[key] = np.atleast_1d(value) if plain else value
-
-
-NO_VARIABLE = "This is a netCDF dimension but not a netCDF variable."
-"""Name by which netCDF knows an axis without labels, before its length."""
+        place.attrs[key] = value
 
 
 def _dimensions(columns: Mapping[str, Column]) -> dict[str, int]:
@@ -129,29 +104,6 @@ def _dimensions(columns: Mapping[str, Column]) -> dict[str, int]:
     }
 
 
-def _create(place: Any, name: str, shape: tuple[int, ...], **options: Any) -> Any:
-    """Create an HDF5 dataset; an axis without any length may grow, as netCDF has it."""
-    if 0 in shape:
-        options |= {"maxshape": tuple(length or None for length in shape)}
-    return place.create_dataset(name, shape, track_order=True, **options)
-
-
-def _set_scale(scale: Any, label: str, number: int) -> None:
-    """Make a dataset the scale of an axis."""
-    from h5py import h5ds
-
-    h5ds.set_scale(scale.id, label.encode())
-    scale.attrs["_Netcdf4Dimid"] = np.int32(number)
-
-
-def _attach(variable: Any, scales: Sequence[Any]) -> None:
-    """Tell of which axes the dimensions of a variable are."""
-    from h5py import h5ds
-
-    for position, scale in enumerate(scales):
-        h5ds.attach_scale(variable.id, scale.id, position)
-
-
 def _storage(values: np.ndarray[Any, Any]) -> dict[str, Any]:
     """Return how an array is stored: long ones column by column, compressed without loss."""
     if values.ndim == 0 or values.nbytes < LEAST_COMPRESSED:
@@ -160,36 +112,20 @@ def _storage(values: np.ndarray[Any, Any]) -> dict[str, Any]:
     return {"chunks": chunks, "compression": "gzip", "compression_opts": ZLIB, "shuffle": True}
 
 
-def _write_column(place: Any, name: str, column: Column, axes: Mapping[str, int]) -> Any:
-    """Write one column: text as variable-length UTF-8, booleans as xarray reads them.
-
-    Args:
-        place: file or group.
-        name: of the column.
-        column: what to write.
-        axes: numbers of the axes.
-
-    Returns:
-        The dataset.
-    """
+def _write_column(file: Any, name: str, column: Column) -> None:
+    """Write one column: text as variable-length UTF-8, booleans as xarray reads them."""
     import h5py
 
     values, attributes = column.values, dict(column.attributes)
     if values.dtype == object:
-        dataset = _create(place, name, values.shape, dtype=h5py.string_dtype())
-        dataset[...] = values if column.dims else values.item()
+        variable = file.create_variable(name, column.dims, dtype=h5py.string_dtype())
+        variable[...] = values if column.dims else values.item()
     else:
         if values.dtype == bool:
             values, attributes = values.astype(np.int8), {**attributes, "dtype": "bool"}
-        dataset = _create(place, name, values.shape, data=values, **_storage(values))
+        variable = file.create_variable(name, column.dims, data=values, **_storage(values))
     for key, value in attributes.items():
-        dataset.attrs[key] = value
-    if column.dims:
-        numbers = np.array([axes[dim] for dim in column.dims], dtype=np.int32)
-        dataset.attrs["_Netcdf4Coordinates"] = numbers
-        if name not in axes:
-            dataset.attrs["_Netcdf4Dimid"] = numbers[0]
-    return dataset
+        variable.attrs[key] = value
 
 
 def read_netcdf(
@@ -230,7 +166,7 @@ def netcdf_groups(path: str | Path) -> tuple[str, ...]:
 
 def _read(path: str | Path, read: Callable[[Any, int], Result]) -> Result:
     """Return what `read` makes of an open file and its size, or raise what is wrong with it."""
-    import h5py
+    import h5py  # a netCDF-4 file is HDF5; h5netcdf leaves warnings behind on damage
 
     try:
         data = read_bytes(path, MOST_BYTES)

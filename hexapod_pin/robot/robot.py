@@ -28,7 +28,7 @@ from hexapod_pin.plugins import ROBOTS, plugin_names, plugin_result
 from hexapod_pin.robot.description.leg_names import LEG_NAMES
 from hexapod_pin.robot.description.urdf_annotation import read_provenance
 from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile, parse_urdf
-from hexapod_pin.robot.loading.backlash import GAP
+from hexapod_pin.robot.loading.backlash import GAP, ROTOR
 from hexapod_pin.robot.loading.load_options import KeyedOptions, LoadOptions
 from hexapod_pin.robot.loading.load_urdf import LoadedUrdf, load_urdf
 from hexapod_pin.robot.loading.pin_model import Foot, build_model, joints_in_order, place_feet
@@ -154,11 +154,11 @@ class Robot(Immutable):
     def gaps(self) -> Mapping[str, str]:
         """Joints that are a gear's free play, with the joint behind whose motor each one is.
 
-        They have no drive; see `LoadOptions.backlash`.
+        They have no drive; see `LoadOptions.backlash`. A joint of the user's that has such a name,
+        but no rotor's link before it, is none.
         """
-        known = {*self.joint_names}
-        pairs = {name: name.removesuffix(GAP) for name in self.joint_names}
-        found = {gap: joint for gap, joint in pairs.items() if joint != gap and joint in known}
+        joints = (name for name in self.joint_names if self.model.existFrame(name + ROTOR))
+        found = {joint + GAP: joint for joint in joints if joint + GAP in self.joint_names}
         return MappingProxyType(found)
 
     def leg(self, name: str) -> Leg:
