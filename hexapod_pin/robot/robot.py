@@ -206,16 +206,6 @@ class Robot(Immutable):
         return joint_angles(self.joint_names, self.posture, posture)
 
 
-def leg_length(robot: Robot) -> float:
-    """Return the length of the longest leg from its first joint to its foot, stretched [m]."""
-    model, found = robot.model, 0.0
-    for foot in robot.feet:
-        chain = [j for j in model.supports[model.getJointId(foot.joint)] if j > 1]
-        links = [model.jointPlacements[j].translation for j in chain[1:]] + [foot.offset]
-        found = max(found, math.fsum(float(np.linalg.norm(link)) for link in links))
-    return found
-
-
 def _robot_again(held: dict[str, Any], protected: tuple[str, ...]) -> Robot:
     model = build_model(parse_urdf(held["urdf"].encode(), held["source"]))
     return rebuilt(Robot, {**held, "model": model}, protected)
@@ -463,6 +453,17 @@ def once_per_robot(build: Callable[[Robot], Value]) -> Callable[[Robot], Value]:
         return values[robot]
 
     return value_of
+
+
+@once_per_robot
+def leg_length(robot: Robot) -> float:
+    """Return the length of the longest leg from its first joint to its foot, stretched [m]."""
+    model, found = robot.model, 0.0
+    for foot in robot.feet:
+        chain = [j for j in model.supports[model.getJointId(foot.joint)] if j > 1]
+        links = [model.jointPlacements[j].translation for j in chain[1:]] + [foot.offset]
+        found = max(found, math.fsum(float(np.linalg.norm(link)) for link in links))
+    return found
 
 
 @once_per_robot
