@@ -172,7 +172,9 @@ def controllers() -> tuple[Any, ...]:
         walk(),
         foot,
         hp.HoldPosture(),
-        hp.FirmwareControl(walk(), hp.drive.Firmware(proportional=2.0)),
+        hp.FirmwareControl(
+            walk(), hp.drive.Firmware(proportional=2.0), battery=hp.drive.Battery(voltage=12.0)
+        ),
         hp.motion.ArcWalk(),
         motion,
         sent,

@@ -9,16 +9,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import hexapod_pin as hp
+from hexapod_pin.drive.winding import MAGNET, Winding, assumed_constants
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.sizing.motor_current import motor_current
 from hexapod_pin.results.sizing.motors import Motors
-from hexapod_pin.results.sizing.winding import (
-    MAGNET,
-    SPREAD,
-    Winding,
-    assumed_constants,
-    lasting_torque_of,
-)
+from hexapod_pin.results.sizing.winding import SPREAD, lasting_torque_of
 from tests.sizing_cases import OMEGA, cycle, demand, full, of_motion, record
 
 MOTOR = Winding(2.0, 4.0, 10.0, 5.0, 300.0)  # ohm, K/W, K/W, s, s

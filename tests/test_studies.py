@@ -73,6 +73,7 @@ SHORT = {
         ),
         "promise": "--scenes 2 --seed 3 --kinds bouncing,sliding --accuracies 1e-4,1e-5",
         "promise_cases": "--cases limp --only 0 --forces 0",
+        "promise_drives": "--scenes 1 --seed 11 --accuracies 1e-3 --methods extrapolated-euler",
         "promise_orders": '--scenes "patch edge, stiffness" --accuracies 1e-4,1e-5,1e-6',
         "promise_walks": (
             "--durations 0.2 --robots athena --gaits tetrapod --presets accurate "

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections import OrderedDict
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -15,8 +16,15 @@ from hexapod_pin.control.feedback import Command, Measurement
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.joint_trajectory import CURVED, planned_motion, trajectory_curve
 from hexapod_pin.control.kinematic import KinematicControl
+from hexapod_pin.drive.battery import Battery
+from hexapod_pin.drive.drive_law import torque_cap
 from hexapod_pin.drive.firmware import Firmware
+from hexapod_pin.drive.supplied_drives import SuppliedDrives, SupplyCourse
 from hexapod_pin.errors import ParameterError
+
+if TYPE_CHECKING:
+    from hexapod_pin.drive.servo import Servo
+    from hexapod_pin.robot.robot import Robot
 
 FIRST_PLAN = 8.0
 """Length of the first plan of a motion [s]; a run that goes on takes one of twice the length."""
@@ -56,6 +64,26 @@ class PlannedMotion:
         return found
 
 
+class _Drives(NamedTuple):
+    """What moves the joints of a robot: the motion that they follow, and what drives them."""
+
+    motion: PlannedMotion
+    supply: SuppliedDrives
+
+
+Kept = TypeVar("Kept")
+
+
+def _kept(store: OrderedDict[str, Kept], key: str, make: Callable[[], Kept]) -> Kept:
+    """Return what a store has under a key, made where it is not there yet."""
+    if key not in store:
+        store[key] = make()
+    store.move_to_end(key)
+    while len(store) > KEPT_ROBOTS:
+        store.popitem(last=False)
+    return store[key]
+
+
 @checked
 @dataclass(frozen=True, eq=False)
 class FirmwareControl:
@@ -75,16 +103,25 @@ class FirmwareControl:
         command_period: time between two set-points of the host [s]; None: at every pass.
         encoder: what the servo's encoder reads where gears have backlash: "motor", the rotor's
             side of the gap, or "link", the joint itself.
+        battery: that all motors are on; the scene's motors are then those at `battery.voltage`.
+            None: a supply that keeps its voltage.
+        heat: whether the motors warm up, which weakens them; `course` gives their temperatures.
 
     Raises:
-        ParameterError: a motion that has no plan, a period that is not positive, or another side.
+        ParameterError: a motion that has no plan, a period that is not positive, another side, or
+            a limit of temperature without `heat`.
     """
 
     walk: Any
     firmware: Firmware
     command_period: float | None = None
     encoder: Literal["motor", "link"] = "motor"
+    battery: Battery | None = None
+    heat: bool = False
     _motions: OrderedDict[str, PlannedMotion] = field(
+        default_factory=OrderedDict, init=False, repr=False, compare=False
+    )
+    _drives: OrderedDict[str, _Drives] = field(
         default_factory=OrderedDict, init=False, repr=False, compare=False
     )
 
@@ -100,6 +137,10 @@ class FirmwareControl:
             raise ParameterError("FirmwareControl.command_period", given, "finite and above 0 s")
         if self.encoder not in ("motor", "link"):
             raise ParameterError("FirmwareControl.encoder", self.encoder, '"motor" or "link"')
+        if self.firmware.temperature_limit is not None and not self.heat:
+            hint = "It is a limit of what a motor warms to."
+            raise ParameterError("FirmwareControl.heat", self.heat, "True with a "
+                                 "Firmware.temperature_limit", hint)  # fmt: skip
 
     @property
     def period(self) -> float:
@@ -144,13 +185,11 @@ class FirmwareControl:
             worst = float(kp[driven].max())
             hint = "The firmware is the loop: make the drives by Firmware.driven(motor)."
             raise ParameterError("Scene.servo.kp", worst, "0 N m/rad where a motor is", hint)
-        stall = [m.stall_torque * m.voltage_ratio / self.firmware.duty_limit if m else 0.0
-                 for m in motors]  # fmt: skip
         rows = np.zeros((batch, len(motors)))
-        self._motion(robot)
+        key = self._prepared(robot, scene.servos)
         return {
-            "robot": _robot_key(robot), "stall": np.array(stall), "error": rows,
-            "total": rows.copy(), "passes": 0,
+            "drives": key, "error": rows, "total": rows.copy(), "time": -math.inf,
+            "supply": self._drives[key].supply.start(batch),
         }  # fmt: skip
 
     @every_step
@@ -158,29 +197,78 @@ class FirmwareControl:
         self, time: float, measurement: Measurement, state: dict[str, Any]
     ) -> tuple[Command, dict[str, Any]]:
         """Return the torques of the duty cycles of one pass, and the memory after it."""
-        law, motion = self.firmware, self._motions[state["robot"]]
-        angle = measurement.q if self.encoder == "motor" else motion.of_links(measurement.q)
+        return self._passed(time, measurement.q, measurement.v, state)
+
+    def _passed(
+        self, time: float, q: Array, v: Array, state: dict[str, Any]
+    ) -> tuple[Command, dict[str, Any]]:
+        """Return the same, of joint angles and rates (B, n) [rad, rad/s]."""
+        law, drives = self.firmware, self._drives[state["drives"]]
+        motion, first = drives.motion, state["time"] == -math.inf
+        angle = q if self.encoder == "motor" else motion.of_links(q)
         error = law.rounded(motion.angles(self._sent(time))) - law.rounded(angle)
-        before = state["error"] if state["passes"] else error
-        duty, total = law.duty(error, before, state["total"])
-        rest = np.broadcast_to(motion.angles(0.0), measurement.q.shape)  # of no effect: kp is 0
-        memory = {**state, "error": error, "total": total, "passes": state["passes"] + 1}
-        return Command(rest, torque=duty * state["stall"]), memory
+        duty, total = law.duty(error, error if first else state["error"], state["total"])
+        step = 0.0 if first else time - state["time"]
+        torque, rate, supply = drives.supply.command(duty, v, state["supply"], step)
+        rest = np.broadcast_to(motion.angles(0.0), q.shape)  # of no effect: kp is 0
+        memory = {**state, "error": error, "total": total, "time": time, "supply": supply}
+        return Command(rest, rate, torque), memory
+
+    @checked
+    def course(self, scene: Any, trace: Any) -> SupplyCourse:
+        """Return battery, currents and temperatures at every pass of a run by this controller.
+
+        They are found again from the joints' angles and rates, which at the passes are what the
+        firmware has measured.
+
+        Args:
+            scene: of the run.
+            trace: of a run with `sample` equal to the firmware's period.
+
+        Raises:
+            ParameterError: a trace of other samples.
+        """
+        if not all(hasattr(trace, name) for name in ("time", "q", "v")):
+            raise ParameterError("FirmwareControl.course.trace", type(trace).__name__, "a Trace")
+        steps = np.arange(len(trace.time)) * self.period
+        if trace.time.shape != steps.shape or np.abs(trace.time - steps).max() > 1e-9:
+            sample = float(trace.time[1] - trace.time[0]) if len(trace.time) > 1 else None
+            allowed = f"{self.period:g} s, the firmware's period: simulate(..., sample=...)"
+            raise ParameterError("FirmwareControl.course.trace.sample", sample, allowed)
+        state = self.start(scene, 1)
+        supply, names = self._drives[state["drives"]].supply, scene.robot.joint_names
+        rows: list[tuple[Array, ...]] = []
+        for time, q, v in zip(trace.time, trace.q[:, 7:], trace.v[:, 6:], strict=True):
+            _, state = self._passed(float(time), q[None], v[None], state)
+            rows.append(supply.at(state["supply"]))
+        columns = [np.concatenate(column) for column in zip(*rows, strict=True)]
+        return SupplyCourse(names, np.array(trace.time), *columns)
 
     def _sent(self, time: float) -> float:
         """Return when the host has sent the set-points that hold at a time [s]."""
         step = self.command_period
         return time if step is None else math.floor(time / step + 1e-9) * step
 
-    def _motion(self, robot: Any) -> PlannedMotion:
+    def _motion(self, robot: Robot) -> PlannedMotion:
         """Return the motion of a robot's joints; the same one for the same robot."""
-        key = _robot_key(robot)
-        if key not in self._motions:
-            self._motions[key] = PlannedMotion(self.walk, robot)
-        self._motions.move_to_end(key)
-        while len(self._motions) > KEPT_ROBOTS:
-            self._motions.popitem(last=False)
-        return self._motions[key]
+        return _kept(self._motions, _robot_key(robot), lambda: PlannedMotion(self.walk, robot))
+
+    def _prepared(self, robot: Robot, servo: Servo) -> str:
+        """Return the key of what drives a robot's joints, which is then at hand."""
+        key = digest(f"{_robot_key(robot)} {servo.model_dump_json()}")
+        _kept(self._drives, key, lambda: self._make(robot, servo))
+        return key
+
+    def _make(self, robot: Robot, servo: Servo) -> _Drives:
+        """Return motion and supply of a robot's joints."""
+        motors, firmware = servo.motors(robot), self.firmware
+        stall = [m.stall_torque * m.voltage_ratio / firmware.duty_limit if m else 0.0
+                 for m in motors]  # fmt: skip
+        supply = SuppliedDrives(
+            robot.joint_names, motors, np.array(stall), torque_cap(robot, servo), self.battery,
+            self.heat, firmware.temperature_limit,
+        )  # fmt: skip
+        return _Drives(self._motion(robot), supply)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the settings as TOML-able data."""
@@ -190,7 +278,11 @@ class FirmwareControl:
         }  # fmt: skip
         if self.command_period is not None:
             data["command_period"] = self.command_period
-        return data if self.encoder == "motor" else {**data, "encoder": self.encoder}
+        if self.encoder != "motor":
+            data["encoder"] = self.encoder
+        if self.battery is not None:
+            data["battery"] = self.battery.model_dump(exclude_none=True)
+        return {**data, "heat": True} if self.heat else data
 
 
 def _robot_key(robot: Any) -> str:

@@ -126,13 +126,17 @@ def _foot_control(data: Mapping[str, Any]) -> FootControl:
 
 def _firmware(data: Mapping[str, Any]) -> FirmwareControl:
     from hexapod_pin.control.firmware_control import FirmwareControl
+    from hexapod_pin.drive.battery import Battery
     from hexapod_pin.drive.firmware import Firmware
 
-    optional = ("command_period", "encoder")
+    optional = ("command_period", "encoder", "battery", "heat")
     given = table(data, "controller", required=("kind", "walk", "firmware"), optional=optional)
-    if not isinstance(given["firmware"], Mapping):
-        raise ParameterError("controller.firmware", given["firmware"], "a table")
+    for name in ("firmware", "battery"):
+        if name in given and not isinstance(given[name], Mapping):
+            raise ParameterError(f"controller.{name}", given[name], "a table")
     settings = {name: given[name] for name in optional if name in given}
+    if "battery" in settings:
+        settings["battery"] = Battery(**settings["battery"])
     walk, firmware = read_controller(given["walk"]), Firmware(**given["firmware"])
     return FirmwareControl(walk, firmware, **settings)
 

@@ -1,5 +1,6 @@
 """The public names of this package: `__init__.py` imports each when it is first used."""
 
+from .battery import Battery as Battery
 from .catalog import Catalog as Catalog
 from .catalog import MotorRecord as MotorRecord
 from .catalog import load_catalog as load_catalog
@@ -12,3 +13,4 @@ from .gear_friction import GearFriction as GearFriction
 from .joint_stops import JointStops as JointStops
 from .motor import Motor as Motor
 from .servo import Servo as Servo
+from .supplied_drives import SupplyCourse as SupplyCourse

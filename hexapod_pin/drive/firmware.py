@@ -63,6 +63,9 @@ class Firmware(Spec):
         current_limit: of the motor [A]; None: no limit of its own.
         period: time between two passes [s]; the default is *assumed*.
         delay: from the reading of the encoder until the duty cycle acts [s]; *assumed* 0.
+        temperature_limit: of the motor's housing, where the servo's sensor is *assumed* to be;
+            above it the firmware cuts the torque for good [deg C]. None: no such limit. Dynamixel's
+            register Temperature Limit (31) holds 80 as delivered (MX, X series; e-Manual).
     """
 
     proportional: NonNegativeFloat
@@ -74,11 +77,13 @@ class Firmware(Spec):
     current_limit: PositiveFloat | None = None
     period: PositiveFloat = LOOP_PERIOD
     delay: NonNegativeFloat = 0.0
+    temperature_limit: float | None = None
 
     @classmethod
     def dynamixel(
         cls, p: int, i: int = 0, d: int = 0, *, pwm_limit: int = FULL_PWM,
         current_limit: float | None = None, period: float = LOOP_PERIOD, delay: float = 0.0,
+        temperature_limit: float | None = None,
     ) -> Firmware:  # fmt: skip
         """Return the loop of a Dynamixel of protocol 2 (X series, MX 2.0) in position mode.
 
@@ -97,6 +102,7 @@ class Firmware(Spec):
             current_limit: Current Limit (38) times its unit (`CURRENT_UNIT`) [A].
             period: of the loop [s], *assumed*.
             delay: of the loop [s].
+            temperature_limit: Temperature Limit (31) [deg C]; None: no such limit.
 
         Raises:
             ParameterError: a register or a number out of range.
@@ -112,12 +118,14 @@ class Firmware(Spec):
             proportional=p / 128.0 * duty, integral=i / 65536.0 * duty / step,
             derivative=d / 16.0 * duty * step, duty_limit=pwm_limit / FULL_PWM,
             current_limit=current_limit, period=period, delay=delay,
+            temperature_limit=temperature_limit,
         )  # fmt: skip
 
     @classmethod
     def feetech(
         cls, p: int, *, dead_zone: int = 0, duty_limit: float = FEETECH_LARGEST_DUTY,
         current_limit: float | None = None, period: float = LOOP_PERIOD, delay: float = 0.0,
+        temperature_limit: float | None = None,
     ) -> Firmware:  # fmt: skip
         """Return the loop of a Feetech STS servo in position mode, of its P gain alone.
 
@@ -131,6 +139,7 @@ class Firmware(Spec):
             current_limit: of the motor [A].
             period: of the loop [s], *assumed*.
             delay: of the loop [s].
+            temperature_limit: Max Temperature Limit (13) [deg C]; None: no such limit.
 
         Raises:
             ParameterError: a register or a number out of range.
@@ -140,6 +149,7 @@ class Firmware(Spec):
         return cls(
             proportional=FEETECH_DUTY * p, dead_band=dead_zone, duty_limit=duty_limit,
             current_limit=current_limit, period=period, delay=delay,
+            temperature_limit=temperature_limit,
         )  # fmt: skip
 
     @checked

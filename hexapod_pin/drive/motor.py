@@ -7,8 +7,11 @@ from typing import TYPE_CHECKING
 
 from pydantic import NonNegativeFloat, PositiveFloat, model_serializer
 
+from hexapod_pin.arguments import checked
 from hexapod_pin.drive.gear_friction import GearFriction
-from hexapod_pin.spec import Spec
+from hexapod_pin.drive.winding import assumed_constants
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.spec import Spec, require_factor
 
 if TYPE_CHECKING:
     from pydantic import SerializerFunctionWrapHandler
@@ -87,6 +90,31 @@ class Motor(Spec):
             AMBIENT if self.ambient is None else self.ambient,
         )  # fmt: skip
         return tuple(math.nan if value is None else float(value) for value in found)
+
+    @checked
+    def warming(self, mass: float, *, ambient: float | None = None) -> Motor:
+        """Return the motor with thermal constants *assumed* by its mass (docs/motors.md).
+
+        They are uncertain by a factor of 2. Constants that are given stay.
+
+        Args:
+            mass: of the motor with gear and electronics [kg].
+            ambient: as of the class [deg C].
+
+        Raises:
+            ParameterError: a mass that is not positive, or a motor without `winding_resistance`.
+        """
+        if self.winding_resistance is None:
+            raise ParameterError("Motor.winding_resistance", None, "given where a motor warms")
+        found = assumed_constants(require_factor(mass, "mass"))
+        names = (
+            "thermal_resistance_winding", "thermal_resistance_housing", "thermal_time_winding",
+            "thermal_time_housing",
+        )  # fmt: skip
+        guess = dict(zip(names, found, strict=True))
+        changes = {name: x for name, x in guess.items() if getattr(self, name) is None}
+        given = {} if ambient is None else {"ambient": float(ambient)}
+        return self.model_copy(update={**changes, **given})
 
     @model_serializer(mode="wrap")
     def _without_none(self, dump: SerializerFunctionWrapHandler) -> dict[str, object]:

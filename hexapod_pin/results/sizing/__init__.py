@@ -2,6 +2,7 @@
 
 from hexapod_pin.drive.catalog import Catalog, MotorRecord
 from hexapod_pin.drive.catalog.motor_record import Derating
+from hexapod_pin.drive.winding import Winding
 from hexapod_pin.results.sizing.battery import BatteryLoad
 from hexapod_pin.results.sizing.demand import JointDemand
 from hexapod_pin.results.sizing.lightest import LightestMotor, lightest_motors
@@ -10,7 +11,6 @@ from hexapod_pin.results.sizing.motor_use import MotorUse
 from hexapod_pin.results.sizing.ranking import MotorRanking, motor_ranking
 from hexapod_pin.results.sizing.trace_demand import joint_demand
 from hexapod_pin.results.sizing.walking_heat import WalkingHeat, walking_heat
-from hexapod_pin.results.sizing.winding import Winding
 
 __all__ = [
     "BatteryLoad",

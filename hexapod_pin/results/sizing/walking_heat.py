@@ -16,12 +16,13 @@ from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array
 from hexapod_pin.drive.catalog import MotorRecord
 from hexapod_pin.drive.catalog.motor_record import Derating
+from hexapod_pin.drive.winding import MELTED, two_body_course
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.sizing.demand import JointDemand
 from hexapod_pin.results.sizing.motor_current import mean_square_current
 from hexapod_pin.results.sizing.motors import Motors
-from hexapod_pin.results.sizing.winding import MELTED, THERMAL_RULE, thermal_of, two_body_course
+from hexapod_pin.results.sizing.winding import THERMAL_RULE, thermal_of
 from hexapod_pin.text_table import Table
 
 TIMES = 61

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from random_scenes import KINDS, draw_scene
+from random_scenes.real_drives import REAL_DRIVES
 
 from hexapod_pin.text_table import Table
 from studies.promise.rows import SceneResult, judge_scene, settings_of
@@ -36,7 +37,8 @@ class JudgeDrawn:
     def __call__(self, key: str) -> SceneResult:
         """Return the result of a key."""
         seed, index = map(int, key.split("/"))
-        scene = draw_scene(seed, index, {name: KINDS[name] for name in self.kinds})
+        known = {**KINDS, **REAL_DRIVES}
+        scene = draw_scene(seed, index, {name: known[name] for name in self.kinds})
         return judge_scene(key, scene, settings_of(self.methods, self.accuracies))
 
 
