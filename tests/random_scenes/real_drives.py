@@ -57,7 +57,7 @@ def supplied(rng: Draws) -> PromiseScene:
     """Firmware with gear friction on a weak battery, its motors warming, its commands late."""
     name = rng.pick(WALKERS)
     servo, motor = _motor(rng)
-    period = rng.pick((1e-3, 2e-3))
+    period = rng.pick((2e-3, 4e-3))
     firmware = Firmware(
         proportional=rng.between(3.0, 8.0), integral=rng.pick((0.0, 2.0)),
         derivative=rng.pick((0.0, 0.05)), counts=FINE, period=period,
@@ -73,7 +73,7 @@ def supplied(rng: Draws) -> PromiseScene:
     walk = draw_gait(rng, name) if rng.chance(0.7) else HoldPosture()
     control = FirmwareControl(walk, firmware, battery=pack, heat=True)
     about = SceneLabels(kind="firmware", drive=f"{servo}, battery, heat", **labels)
-    return PromiseScene(about, scene, control, None, DURATION, SAMPLE)
+    return PromiseScene(about, scene, control, None, 0.2, SAMPLE)
 
 
 @lru_cache(maxsize=8)

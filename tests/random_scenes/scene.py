@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
+from hexapod_pin.control.feedback import FeedbackController
 from hexapod_pin.simulation.case import simulate
 
 if TYPE_CHECKING:
@@ -67,7 +68,9 @@ class PromiseScene:
         Raises:
             HexapodError: the method refuses the scene, or diverges.
         """
+        closed = isinstance(self.controller, FeedbackController)  # estimated only where asked for
         return simulate(
             self.scene, self.controller, duration=self.duration, sample=self.sample,
-            initial=self.initial, record=(), progress=progress, **settings,
+            initial=self.initial, record=(), progress=progress,
+            **({"estimate": True} if closed else {}), **settings,
         )  # fmt: skip
