@@ -72,5 +72,5 @@ class PromiseScene:
         return simulate(
             self.scene, self.controller, duration=self.duration, sample=self.sample,
             initial=self.initial, record=(), progress=progress,
-            **({"estimate": True} if closed else {}), **settings,
+            **{**({"estimate": True} if closed else {}), **settings},
         )  # fmt: skip
