@@ -171,7 +171,8 @@ def simulate(
             for references); or with fixed steps "robust", "implicit-euler" (the default where a
             step is given), "rk4".
         step: integration step of a fixed-step method [s]; default 1 ms.
-        sample: time between samples [s]. Adaptive: default 2 ms. Fixed steps: a whole number of
+        sample: time between samples [s]. Adaptive: default 2 ms, and the last sample is at the
+            end, sooner where the times do not divide. Fixed steps: a whole number of
             steps, default 1 ms or one step.
         record: groups of samples to keep: "torque", "set_points", "contacts" (feet: place, force,
             gap, normal), "com", "energy"; "motion" (time, q, v) always is. None: all of these.

@@ -90,33 +90,41 @@ class TimeGrid:
     def adaptive(cls, duration: float, sample: float | None) -> TimeGrid:
         """Return the grid of an adaptive run; its steps end at the samples.
 
+        The last sample is at the end, sooner after the one before where the times do not divide.
+
         Args:
-            duration: simulated time [s], a whole number of samples.
-            sample: time between samples [s]; None: 2 ms, or the duration where that is no whole
-                number of them.
+            duration: simulated time [s].
+            sample: time between samples [s]; None: 2 ms, or nearly so where that does not divide
+                the duration.
 
         Raises:
-            ParameterError: a time is not positive and finite, or they do not divide.
+            ParameterError: a time is not positive and finite, or there are too many samples.
         """
         _require_times(duration, sample)
         if sample is None:
             sample = duration / max(1, round(duration / ADAPTIVE_SAMPLE)) or ADAPTIVE_SAMPLE
-        hint = "Where no sample is given, its time divides any duration."
-        return cls(sample, integer_ratio("duration/sample", duration, sample, hint), 0.0, 1)
+        if not duration <= MOST * sample:
+            raise ParameterError("duration/sample", duration / sample, f"at most {MOST:g}")
+        whole = round(duration / sample)
+        divide = abs(whole * sample - duration) <= DIVIDE * max(duration, sample)
+        return cls(sample, whole if divide else math.ceil(duration / sample), 0.0, 1)
 
 
 MOST = 2.0**53
 """Most samples or steps that can be counted in doubles."""
 
 
-def integer_ratio(name: str, total: float, part: float, hint: str = "") -> int:
+DIVIDE = 1e-9
+"""Of a time, by which it may miss a whole number of others [-]."""
+
+
+def integer_ratio(name: str, total: float, part: float) -> int:
     """Return total/part, which must be a whole number to 1e-9 of itself.
 
     Args:
         name: of the ratio, in the error.
         total: [s].
         part: [s].
-        hint: another way out than a multiple.
 
     Raises:
         ParameterError: it is not.
@@ -124,11 +132,11 @@ def integer_ratio(name: str, total: float, part: float, hint: str = "") -> int:
     if not abs(total) <= MOST * part:
         raise ParameterError(name, total / part if part else math.inf, f"at most {MOST:g}")
     count = round(total / part)
-    if abs(count * part - total) > 1e-9 * max(abs(total), part) or (count < 1 and total > 0.0):
+    if abs(count * part - total) > DIVIDE * max(abs(total), part) or (count < 1 and total > 0.0):
         low = max(1, math.floor(total / part)) * part
         raise ParameterError(
             name, total / part, f"a whole number ({total:g} s is not a multiple of {part:g} s)",
-            f"{low:.10g} s and {low + part:.10g} s are multiples. {hint}".rstrip(),
+            f"{low:.10g} s and {low + part:.10g} s are multiples.",
         )  # fmt: skip
     return count
 

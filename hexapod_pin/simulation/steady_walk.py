@@ -33,7 +33,12 @@ from hexapod_pin.simulation.methods import DEFAULT_ACCURACY
 from hexapod_pin.simulation.native_run import NativeRun
 from hexapod_pin.simulation.plant import motion_at
 from hexapod_pin.simulation.run_outcome import run_numbers
-from hexapod_pin.simulation.run_settings import ADAPTIVE_SAMPLE, RunSettings, check_work
+from hexapod_pin.simulation.run_settings import (
+    ADAPTIVE_SAMPLE,
+    RunSettings,
+    check_work,
+    integer_ratio,
+)
 from hexapod_pin.simulation.transients import (
     Change,
     Transients,
@@ -161,6 +166,8 @@ def _one_cycle(case: CaseData, sample: float) -> RunSettings:
     cycle = case.controller.gait.cycle_time  # type: ignore[union-attr]  # of a walk
     own = case.sample is None and case.settings.method_settings.method.adaptive
     try:
+        if case.sample is not None:
+            integer_ratio("cycle/sample", cycle, case.sample)
         return replace(
             case, until=None, duration=cycle,
             sample=cycle / math.ceil(cycle / sample) if own else case.sample,

@@ -15,7 +15,7 @@ class AdaptiveRollout final : public SampledRollout<PlantT> {
  public:
   AdaptiveRollout(PlantT plant, const RunSetup& setup)
       : Base(std::move(plant), setup, true),  // touch-downs are found before they happen
-        end_(setup.end), driver_(plant_, reference_, setup.resolution, setup.start.controller, *this) {
+        driver_(plant_, reference_, setup.resolution, setup.start.controller, *this) {
     evaluate();
     this->record_start(setup.start);
   }
@@ -23,7 +23,7 @@ class AdaptiveRollout final : public SampledRollout<PlantT> {
   // Steps may pass over samples, and over the last of these too, but not over the run's end: no command
   // follows.
   bool advance(long samples) override {
-    const double end = double(sample_index_ + samples) * interval_;
+    const double end = this->earlier(double(sample_index_ + samples) * interval_);
     return run_to(end, std::max(end, end_));
   }
 
@@ -44,6 +44,7 @@ class AdaptiveRollout final : public SampledRollout<PlantT> {
   }
 
  private:
+  using Base::end_;
   using Base::interval_;
   using Base::ledger_;
   using Base::plant_;
@@ -77,7 +78,6 @@ class AdaptiveRollout final : public SampledRollout<PlantT> {
     plant_.update_memories();
   }
 
-  double end_;  // of the run, s
   Driver driver_;
 };
 

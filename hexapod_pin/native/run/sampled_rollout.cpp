@@ -71,7 +71,7 @@ template <class PlantT>
 SampledRollout<PlantT>::SampledRollout(PlantT plant, const RunSetup& setup, bool differentiates_separated)
     : plant_(std::move(plant)), reference_(setup.reference), q_(setup.start.q), v_(setup.start.v),
       ledger_(plant_.feet.size()), time_(setup.start.time), start_(setup.start.time),
-      interval_(setup.sample), sample_index_(setup.start.first), heat_(setup.motors),
+      interval_(setup.sample), end_(setup.end), sample_index_(setup.start.first), heat_(setup.motors),
       recorder_(plant_, setup.omitted, setup.estimates, heat_.any()), trunk_(setup.trunk), summary_(plant_.joints(), plant_.mounts.size()),
       displaced_summary_(summary_), other_summary_(summary_), foot_loads_(plant_.mounts.size()),
       record_(setup.record), estimates_(setup.estimates), keeps_forces_(record_ && keeps_forces(setup)),

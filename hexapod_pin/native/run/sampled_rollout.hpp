@@ -45,7 +45,11 @@ class SampledRollout : public Rollout, protected StepObserver {
   // After the first evaluation: the sample of the start.
   void record_start(const Checkpoint& start);
 
-  double next_sample() const { return double(sample_index_ + 1) * interval_; }
+  // At a multiple of the interval, or at the run's end, where that comes first.
+  double next_sample() const { return earlier(double(sample_index_ + 1) * interval_); }
+
+  // The time, or the run's end where that is earlier and not the same instant.
+  double earlier(double time) const { return end_ < time && !same_time(end_, time) ? end_ : time; }
 
   // Where the step that begins now must end at the latest: at a sample, at `until`, at a jump of the
   // set-points, at a change of the loads. What is the same instant as a sample ends there.
@@ -88,7 +92,7 @@ class SampledRollout : public Rollout, protected StepObserver {
   Reference reference_;
   VectorXd q_, v_;
   EnergyLedger ledger_;
-  double time_, start_, interval_;
+  double time_, start_, interval_, end_;  // end_: of the run, where it is known, s
   long sample_index_;
 
  private:
