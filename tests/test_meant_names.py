@@ -92,7 +92,24 @@ def test_degrees_are_no_radians(name: str) -> None:
         (
             lambda: hp.Scene(ROBOT, servo=hp.Servo(
                 kp=20, kd=0.3, motor=hp.Motor(stall_torque=1500, no_load_speed=6.0))),
-            "Scene.servo.motor[lf_coxa_joint].stall_torque", "N mm? 1500 N mm are 1.5 N m",
+            "Scene.servo.motor[lf_coxa_joint].stall_torque", "Perhaps it is 1500 N mm.",
+        ),
+        (
+            lambda: hp.Scene(ROBOT, servo=hp.Servo(
+                kp=20, kd=0.3, motor=hp.Motor(stall_torque=35, no_load_speed=6.0))),
+            "Scene.servo.motor[lf_coxa_joint].stall_torque", "Perhaps it is 35 kgf cm.",
+        ),
+        (
+            lambda: hp.Motor(stall_torque=10, no_load_speed=6.0, mass=0.02),
+            "stall_torque", "Perhaps it is 10 kgf cm: that would be 49 N m/kg.",
+        ),
+        (
+            lambda: hp.Motor(stall_torque=1.5, no_load_speed=6.0, mass=55),
+            "stall_torque", "Perhaps it is a mass of 55 g: that would be 27.3 N m/kg.",
+        ),
+        (
+            lambda: hp.Motor(stall_torque=1.5, no_load_speed=590, mass=0.055),
+            "no_load_speed", "590 rpm are 61.8 rad/s",
         ),
         (
             lambda: hp.sizing.MotorRecord(

@@ -347,17 +347,23 @@ def test_ctrl_c_during_the_verdict_leaves_the_walk(
     assert hp.load_trace("walk.nc").time[-1] == pytest.approx(1.2)
 
 
-def test_a_push_before_the_steady_part_is_seen() -> None:
-    """150 N throw the robot aside before its steady cycle, which alone shows nothing of it."""
-    push = hp.Push("base_link", force=(0.0, 150.0, 0.0), start=0.5, duration=0.1)
+@pytest.mark.parametrize(("force", "thrown_off"), [(105.0, False), (115.0, True)])
+def test_a_push_before_the_steady_part_is_judged(force: float, thrown_off: bool) -> None:
+    """Its steady cycle alone shows nothing of a push; beyond its own stance it is thrown."""
+    push = hp.Push("base_link", force=(0.0, force, 0.0), start=0.5, duration=0.1)
     scene = hp.Scene(hp.load_robot("kharagpur"), loads=[push])
     trace = hp.simulate(scene, hp.KinematicControl(TRIPOD), duration=3.0, accuracy=1e-3)
     verdict = hp.walk_verdict(trace)
-    assert verdict.walks and verdict.travel.start >= 2.0 and verdict.push is not None
+    assert verdict.travel.start == pytest.approx(2.0) and verdict.push is not None
     thrown = trace.q[-1, 1] - trace.q[np.searchsorted(trace.time, 0.5), 1]
     assert verdict.push.offset == pytest.approx(thrown, rel=0.05) and thrown > 0.5
     assert verdict.push.after is not None and 0.1 < verdict.push.after < 1.5
     assert 0.5 < (verdict.push.torque or 0.0) <= np.abs(trace.torque).max()
-    assert f"pushed off its track by {thrown:.1f}"[:-1] in verdict.line
-    assert verdict.push.line in walk_answer(trace).headline
+    feet = trace.foot_position[np.searchsorted(trace.time, 0.5), :, :2]
+    stance = np.linalg.norm(feet[:, None] - feet, axis=-1).max()
+    assert verdict.push.stance == pytest.approx(stance) and (thrown > stance) == thrown_off
+    assert verdict.walks != thrown_off and verdict.push.line in verdict.line
+    headline = walk_answer(trace).headline
+    assert (f"threw it {verdict.push.offset:.3g} m off its track" in headline) == thrown_off
+    assert (verdict.push.line in headline) != thrown_off
     assert hp.walk_verdict(synthetic_trace()).push is None

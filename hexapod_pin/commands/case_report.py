@@ -97,7 +97,8 @@ def run_and_report(
     with progress_bar(job.title) as progress:
         planning = progress.stage("planning the walk")
         trace, refusal = run_saving(lambda: run_case(case, progress, planning), trace_path)
-    answer = replace(walk_answer(trace, job.motor), caution=job.caution)
+    caution = ", ".join(filter(None, (case.scene.robot.caution, job.caution)))
+    answer = replace(walk_answer(trace, job.motor), caution=caution)
     more = list(job.remarks)
     if answer.verdict.doubts and job.repaired is not None and not shown.quick:
         trial = try_repaired(answer, job.repaired)

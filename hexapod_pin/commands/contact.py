@@ -34,6 +34,7 @@ def contact(
     """Look at a contact law: its bounce, its restitution, its friction; print and draw them."""
     from hexapod_pin.commands.contact_report import (
         NO_FIGURE,
+        answer,
         figure,
         named_law,
         report,
@@ -49,7 +50,8 @@ def contact(
         return
     found = named_law(law, parameters or ())
     path = writable("--out", out or Path("contact.png"), FIGURES, drawn=out is not None)
-    echo(report(found, mass=mass, speed=speed))
+    echo(answer(law, found, mass=mass, speed=speed))
+    echo("\n" + report(found, mass=mass, speed=speed))
     if figure(found, path, mass=mass, speed=speed):
         echo(f"wrote {path}")
     else:

@@ -18,7 +18,7 @@ from hexapod_pin.ground.contact import (
 )
 from hexapod_pin.ground.contact.contact import preset_names
 from hexapod_pin.ground.contact.restitution import DAMPING_RATIO, bounce, delivered_restitution
-from hexapod_pin.text_table import Cell, Table, indented, labelled
+from hexapod_pin.text_table import Cell, Table, folded, indented, labelled
 
 Law = Union[NormalLaw, FrictionLaw, Contact]  # noqa: UP007 (evaluated on Python 3.10)
 
@@ -103,6 +103,43 @@ def restitution_table() -> str:
     return Table("", head, rows, "<>").markdown().rstrip("\n")
 
 
+def answer(name: str, law: Law, *, mass: float, speed: float) -> str:
+    """Return in a sentence how a contact bounces and holds, and from what that is computed.
+
+    Args:
+        name: that the user gave.
+        law: a normal law, a friction law, or a pair.
+        mass: of the free impact [kg].
+        speed: of the free impact [m/s].
+
+    Raises:
+        ParameterError: mass or speed is not positive.
+    """
+    parts = (law.normal, law.friction) if isinstance(law, Contact) else (law,)
+    says, bases = [], []
+    for part in parts:
+        if isinstance(part, NormalLaw):
+            hit = bounce(part, mass=mass, speed=speed)
+            says.append(f"a foot rebounds with {hit.restitution:.2g} of its speed")
+            bases.append(f"the law integrated over an impact of {mass:g} kg at {speed:g} m/s")
+        else:
+            creep = 1e3 * part.creep_speed(0.5 * part.limit)
+            slow = f"creeping {creep:.2g} mm/s at half of that" if creep else "without creep"
+            says.append(f"it holds {part.limit:.2g} of the load on it sideways, {slow}")
+            bases.append("the speed at which friction balances a load")
+    said = "; ".join(says)
+    lines = folded(f"{name}: {said}")
+    return "\n".join([*lines, *folded(f"(by {' and by '.join(bases)})")])
+
+
+def _parameters(law: NormalLaw | FrictionLaw) -> str:
+    """Return the kind of a law and its parameters, SI, with few digits."""
+    values = {key: value for key, value in law.model_dump().items() if key != "kind"}
+    texts = (f"{key} {x:.4g}" if isinstance(x, float) else f"{key} {x}"
+             for key, x in values.items())  # fmt: skip
+    return "\n".join(folded(f"{law.model_dump()['kind']}: {', '.join(texts)}"))
+
+
 def report(law: Law, *, mass: float, speed: float) -> str:
     """Return the numbers of a law: a bounce for a normal law, creep for a friction law.
 
@@ -116,8 +153,8 @@ def report(law: Law, *, mass: float, speed: float) -> str:
     """
     if isinstance(law, Contact):
         parts = [report(part, mass=mass, speed=speed) for part in (law.normal, law.friction)]
-        note = [f"assumed: {law.assumed}"] if law.assumed else []
-        return "\n\n".join(parts + note)
+        note = folded(f"assumed: {law.assumed}") if law.assumed else []
+        return "\n\n".join([*parts, *(["\n".join(note)] if note else [])])
     if isinstance(law, NormalLaw):
         return _normal_report(law, mass, speed)
     return _friction_report(law)
@@ -132,9 +169,9 @@ def _normal_report(law: NormalLaw, mass: float, speed: float) -> str:
         ("contact time", hit.time[-1] * 1e3, "ms"),
     )
     title = f"a free impact of {mass:g} kg at {speed:g} m/s:"
-    lines = [str(law), title, *indented(labelled(numbers))]
+    lines = [_parameters(law), title, *indented(labelled(numbers))]
     if isinstance(law, Restitution):
-        lines.append(
+        lines += folded(
             f"requested {law.restitution:g}; eta {law.eta:.4g} delivers {law.delivered:.4f} "
             f"at any mass and any speed above {law.speed_floor:g} m/s"
         )
@@ -153,7 +190,7 @@ def _friction_report(law: FrictionLaw) -> str:
         ("creep [mm/s]", *(law.creep_speed(load) * 1e3 for load in loads)),
     ]
     title = f"holds up to {law.limit:.4g} N per N of normal force; creep under a load:"
-    return "\n".join([str(law), title, *_across(rows)])
+    return "\n".join([_parameters(law), title, *_across(rows)])
 
 
 def _across(rows: Sequence[Sequence[Cell]]) -> list[str]:

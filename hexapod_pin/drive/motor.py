@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from pydantic import NonNegativeFloat, PositiveFloat, model_serializer
+from pydantic import NonNegativeFloat, PositiveFloat, model_serializer, model_validator
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.drive.gear_friction import GearFriction
@@ -50,6 +50,12 @@ class Motor(Spec):
         thermal_time_housing: time constant of the housing [s].
         ambient: temperature of the surroundings, and of the motor where a run begins [deg C];
             None: 25, *assumed*.
+        mass: of motor and gear, by which the unit of its torque is checked, and its heat assumed
+            (`warming`) [kg]; the robot's weight is that of its file.
+
+    Raises:
+        ParameterError: with a mass: stall torque over mass, or the speed, is none of a geared
+            motor; most often it is in another unit, which is named.
     """
 
     stall_torque: PositiveFloat
@@ -68,6 +74,18 @@ class Motor(Spec):
     thermal_time_winding: PositiveFloat | None = None
     thermal_time_housing: PositiveFloat | None = None
     ambient: float | None = None
+    mass: PositiveFloat | None = None
+
+    @model_validator(mode="after")
+    def _plausible(self) -> Motor:
+        """Refuse a torque that no motor of its mass has.
+
+        Raises:
+            ParameterError: see the class.
+        """
+        if self.mass is not None:
+            check_plausible(self.stall_torque, self.mass, self.no_load_speed)
+        return self
 
     @property
     def armature(self) -> float:
@@ -92,18 +110,22 @@ class Motor(Spec):
         return tuple(math.nan if value is None else float(value) for value in found)
 
     @checked
-    def warming(self, mass: float, *, ambient: float | None = None) -> Motor:
+    def warming(self, mass: float | None = None, *, ambient: float | None = None) -> Motor:
         """Return the motor with thermal constants *assumed* by its mass (docs/motors.md).
 
         They are uncertain by a factor of 2. Constants that are given stay.
 
         Args:
-            mass: of the motor with gear and electronics [kg].
+            mass: of the motor with gear and electronics [kg]; None: its own `mass`.
             ambient: as of the class [deg C].
 
         Raises:
-            ParameterError: a mass that is not positive, or a motor without `winding_resistance`.
+            ParameterError: a mass that is missing or not positive, or a motor without
+                `winding_resistance`.
         """
+        mass = self.mass if mass is None else mass
+        if mass is None:
+            raise ParameterError("Motor.warming.mass", mass, "given where the motor has none [kg]")
         if self.winding_resistance is None:
             raise ParameterError("Motor.winding_resistance", None, "given where a motor warms")
         found = assumed_constants(require_factor(mass, "mass"))
@@ -119,3 +141,62 @@ class Motor(Spec):
     @model_serializer(mode="wrap")
     def _without_none(self, dump: SerializerFunctionWrapHandler) -> dict[str, object]:
         return {name: value for name, value in dump(self).items() if value is not None}
+
+
+# What a geared motor can be. The catalogue has 17 to 78 N m/kg and at most 13 rad/s; quasi-direct
+# drives have some 40 N m/kg and 30 rad/s.
+
+TORQUE_BY_MASS = (2.0, 120.0)
+"""Stall torque over mass, from which to which [N m/kg] (*assumed*)."""
+
+USUAL_BY_MASS = 37.0
+"""Middle of the catalogue [N m/kg]: which unit was meant."""
+
+HIGHEST_SPEED = 100.0
+"""Of a joint's motor without load [rad/s] (*assumed*)."""
+
+TORQUE_UNITS = {
+    "N mm": 1e-3, "N cm": 1e-2, "kgf cm": 0.0980665, "kgf mm": 0.00980665, "ozf in": 0.00706155,
+}  # fmt: skip
+"""What data sheets give torques in, in N m."""
+
+
+def unit_meant(stall: float, ratio: float, usual: float, **others: float) -> tuple[str, float]:
+    """Return the unit that a stall torque was perhaps meant in, as text, and what then comes of it.
+
+    Args:
+        stall: as it was given.
+        ratio: what makes it implausible, such as torque over mass, with the torque in N m.
+        usual: what that ratio usually is.
+        others: text -> the ratio, of other mistakes than the torque's unit.
+    """
+    meant = {f"{stall:g} {unit}": to * ratio for unit, to in TORQUE_UNITS.items()} | others
+    near = min(meant, key=lambda text: abs(math.log(meant[text] / usual)))
+    return near, meant[near]
+
+
+def check_plausible(stall: float, mass: float | None, speed: float | None) -> None:
+    """Refuse numbers of a geared motor that are in another unit.
+
+    Args:
+        stall: stall torque at the joint [N m].
+        mass: of the motor with its gear [kg]; None: not known, its torque is not judged.
+        speed: no-load speed at the joint [rad/s]; None: not known.
+
+    Raises:
+        ParameterError: torque over mass, or the speed, is not one of a geared motor.
+    """
+    low, high = TORQUE_BY_MASS
+    if mass is not None and not low <= stall / mass <= high:
+        ratio = stall / mass
+        grams = {f"a mass of {mass:g} g": 1e3 * ratio}
+        near, meant = unit_meant(stall, ratio, USUAL_BY_MASS, **grams)
+        allowed = f"{low:g} to {high:g} N m for each kg of the motor's {mass:g} kg"
+        hint = "Check its unit, and that of the mass."
+        if low <= meant <= high:
+            hint = f"Perhaps it is {near}: that would be {meant:.3g} N m/kg."
+        raise ParameterError("stall_torque", stall, allowed, hint)
+    if speed is not None and speed > HIGHEST_SPEED:
+        hint = f"Perhaps it is in rpm: {speed:g} rpm are {speed * math.pi / 30.0:.3g} rad/s."
+        allowed = f"at most {HIGHEST_SPEED:g} rad/s, behind the gear"
+        raise ParameterError("no_load_speed", speed, allowed, hint)

@@ -141,6 +141,12 @@ SETTLED = 2e-3
 RETURNED_SHARE = 0.5
 """Of the largest distance from the track, below which a robot has come back to it (*assumed*)."""
 
+THROWN_SHARE = 1.0
+"""Distance off the track over that between the feet farthest apart, from which a robot is thrown.
+
+So far away not one of its feet is on the ground that the plan has its feet on: what it walks there
+is another walk, whatever its speed (*assumed*)."""
+
 
 @dataclass(frozen=True)
 class PushEffect:
@@ -155,6 +161,9 @@ class PushEffect:
         torque: largest torque of a joint until then, and until a cycle after the last push [N m];
             None where torques were not recorded.
         joint: that joint; empty where none is known.
+        stance: distance of the feet farthest apart as the push begins, seen from above [m]; NaN
+            where it is not known.
+        force: of the strongest push [N].
     """
 
     start: float
@@ -163,6 +172,23 @@ class PushEffect:
     after: float | None
     torque: float | None
     joint: str
+    stance: float = math.nan
+    force: float = math.nan
+
+    @property
+    def thrown(self) -> bool:
+        """Whether it is so far off its track that it no longer walks what was planned."""
+        return self.offset > THROWN_SHARE * self.stance
+
+    @property
+    def reason(self) -> str:
+        """Why that is no walk; empty where it is not thrown."""
+        if not self.thrown:
+            return ""
+        return (
+            f"a push threw it {self.offset:.3g} m off its track, more than the {self.stance:.2g} m "
+            "between its feet"
+        )
 
     @property
     def line(self) -> str:
@@ -212,7 +238,19 @@ def find_push_effect(trace: Trace) -> PushEffect | None:
         worst = int(np.argmax(sizes.max(axis=0)))
         torque, joint = float(sizes[:, worst].max()), trace.joint_names[worst]
     left = float(np.linalg.norm(away[last].mean(axis=0)))
-    return PushEffect(float(time[0]), float(distance.max()), left, after, torque, joint)
+    force = max(float(np.linalg.norm(load.force)) for load in pushes)
+    return PushEffect(
+        float(time[0]), float(distance.max()), left, after, torque, joint, _stance(trace, first),
+        force,
+    )  # fmt: skip
+
+
+def _stance(trace: Trace, sample: int) -> float:
+    """Return the distance of the feet farthest apart, from above [m]; NaN where not recorded."""
+    if "contacts" not in trace.recorded or not trace.foot_names:
+        return math.nan
+    places = trace.foot_position[sample, :, :2]
+    return float(np.linalg.norm(places[:, None] - places, axis=-1).max())
 
 
 def _off_plan(trace: Trace, first: int) -> Array:

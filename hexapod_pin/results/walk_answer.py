@@ -35,6 +35,9 @@ DIGITS = 3
 VOLTAGE = 12.0
 """Of the battery, where the run has no motors [V], *assumed*."""
 
+NOTHING = 1e-9
+"""Size below which a torque or a rate is rounding [N m, rad/s]."""
+
 NO_LIMIT = "nothing at a limit"
 """Left out where the line has no room for it."""
 
@@ -91,7 +94,8 @@ class WalkAnswer(Immutable):
         """Return slip, margin and limits, a few words each."""
         verdict = self.verdict
         slip = None if verdict.slip is None else verdict.slip.total
-        parts = [] if slip is None else [f"slip {_percent(slip)}"]
+        parts = [self.caution] if self.caution else []
+        parts += [] if slip is None else [f"slip {_percent(slip)}"]
         if self.margin is not None:
             parts.append(f"margin {1e3 * self.margin:.0f} mm")
         if verdict.push is not None:
@@ -104,9 +108,9 @@ class WalkAnswer(Immutable):
                 parts.append(
                     f"{share.joint} at its {what} limit {_percent(share.share)} of the time"
                 )
-        if self.caution:
-            parts.append(self.caution)
-        known = (slip is not None, self.margin is not None, verdict.push, verdict.lost_legs)
+        known = (
+            slip is not None, self.margin is not None, verdict.push, verdict.lost_legs, self.caution
+        )  # fmt: skip
         if len(parts) == sum(map(bool, known)):
             parts.append("prescribed motion" if verdict.prescribed else NO_LIMIT)
         return parts
@@ -338,7 +342,9 @@ def rounded(value: float, error: float | None = None) -> str:
         value: the number.
         error: how far it may be off; None or 0: it is exact.
     """
-    if not math.isfinite(value) or value == 0.0:
+    if abs(value) < NOTHING:
+        return "0"
+    if not math.isfinite(value):
         return f"{value:g}"
     places = DIGITS - 1 - math.floor(math.log10(abs(value)))
     if error is not None and error > 0.0 and math.isfinite(error):

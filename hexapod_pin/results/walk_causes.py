@@ -14,6 +14,7 @@ from hexapod_pin.results.joint_budget import LIMITED_TORQUE_SHARE
 from hexapod_pin.results.recorded_robot import RecordedRobot
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
+from hexapod_pin.results.travelled_path import PushEffect
 from hexapod_pin.robot.holding_torque import STANDARD_GRAVITY, standing_torque
 from hexapod_pin.scene.settings import SceneSettings
 
@@ -193,7 +194,7 @@ LONGER = 1.5
 
 def advice(
     trace: Trace, *, at_start: bool, torque: JointShare, speed: JointShare, slip: Slip | None,
-    lag: JointShare,
+    lag: JointShare, push: PushEffect | None = None,
 ) -> Advice:  # fmt: skip
     """Return what to change, by the first of the causes that shows.
 
@@ -206,6 +207,7 @@ def advice(
         speed: the same at its velocity limit.
         slip: of the feet.
         lag: the joint farthest from its set-point.
+        push: what pushes did.
     """
     if at_start:
         return Advice(
@@ -221,7 +223,7 @@ def advice(
             f"{need.torque:.3g} N m at {need.joint}, which has {need.effort_limit:.3g}: give it "
             f"{RESERVE * need.torque:.2g} N m or more, or make the robot lighter",
         )
-    if (by_load := _load_advice(trace)) is not None:
+    if (by_load := _load_advice(trace, push)) is not None:
         return by_load
     if (by_ground := _ground_advice(trace)) is not None:
         return by_ground
@@ -275,11 +277,8 @@ def lost_legs(trace: Trace) -> tuple[str, ...]:
     return tuple(one.leg for one in loads if isinstance(one, LostLeg) and one.start < end)
 
 
-def _load_advice(trace: Trace) -> Advice | None:
+def _load_advice(trace: Trace, push: PushEffect | None) -> Advice | None:
     """Return what to change where legs are lost, or the robot is pushed hard."""
-    from hexapod_pin.scene.loads import Push
-
-    loads = () if trace.run.scene is None else trace.run.scene.loads
     lost = lost_legs(trace)
     if lost:
         names = ", ".join(lost)
@@ -289,11 +288,11 @@ def _load_advice(trace: Trace) -> Advice | None:
             "ground at a time (--gait wave)",
         )
     weight = float(np.linalg.norm(trace.run.gravity)) * trace.run.robot.mass
-    pushes = [load for load in loads if isinstance(load, Push)]
-    force = max((float(np.linalg.norm(load.force)) for load in pushes), default=0.0)
-    if force > STRONG_PUSH * weight:
+    force = 0.0 if push is None else push.force
+    if push is not None and (push.thrown or force > STRONG_PUSH * weight):
+        threw = f", threw it {push.offset:.3g} m off its track" if push.thrown else ""
         return Advice(
-            f"a push of {force:.3g} N, {force / weight:.2g} times its weight",
+            f"a push of {force:.3g} N, {force / weight:.2g} times its weight{threw}",
             f"the push of {force:.3g} N is {force / weight:.2g} times the robot's weight of "
             f"{weight:.3g} N: a weaker or shorter one, or a lower, wider posture",
         )

@@ -48,9 +48,10 @@ BACKWARDS = 0.05
 class WalkVerdict(Immutable):
     """What a run comes to as a walk; lengths in metres, angles in radians.
 
-    A robot walks that makes at least 80 % of the planned distance and yaw, does not fall and does
-    not touch the ground with its trunk. Where nothing is planned (a posture that is held),
-    or too little to be judged (less than a quarter of a stroke), only the latter count.
+    A robot walks that makes at least 80 % of the planned distance and yaw, does not fall, does not
+    touch the ground with its trunk, and is not thrown off its track by a push. Where nothing is
+    planned (a posture that is held), or too little to be judged (less than a quarter of a stroke),
+    only the latter count.
 
     Attributes:
         robot_name: name of the robot.
@@ -155,12 +156,13 @@ def walk_verdict(trace: Trace) -> WalkVerdict:
     touches = [event for event in events if event.kind == "trunk-contact"]
     slip = slip_of(trace, path.nominal_speed)
     torque, speed, behind = at_torque_limit(trace), at_speed_limit(trace), lag(trace)
-    reason = why_it_does_not_walk(path, fall, touches)
+    push = find_push_effect(trace)
+    reason = why_it_does_not_walk(path, fall, touches) or ("" if push is None else push.reason)
     hint = NO_ADVICE
     if reason:
         at_start = bool(touches) and touches[0].time <= float(trace.time[0])
         hint = advice(
-            trace, at_start=at_start, torque=torque, speed=speed, slip=slip, lag=behind
+            trace, at_start=at_start, torque=torque, speed=speed, slip=slip, lag=behind, push=push
         )  # fmt: skip
     numerics = trace.run.numerics
     error = trace.step_error
@@ -176,7 +178,7 @@ def walk_verdict(trace: Trace) -> WalkVerdict:
         prescribed=trace.run.prescribed,
         holds=trace.run.case.controller.get("kind") == "hold",
         reason=reason, advice=hint.text, cause=hint.cause, change=hint.change,
-        doubts=trace.run.robot.doubts, push=find_push_effect(trace),
+        doubts=trace.run.robot.doubts, push=push,
         lost_legs=lost_legs(trace),
     )  # fmt: skip
 
@@ -378,7 +380,8 @@ def summary_verdict(summary: Summary) -> SummaryVerdict:
     The rule is that of `walk_verdict`: at least 80 % of the planned distance and yaw, no fall, no
     contact of the trunk. Of falls a summary shows those that last into its window: a trunk that
     leans by 45 degrees, against gravity; on level ground, one that is below half of its height at
-    the start; and feet that are never loaded. Without a whole cycle of a gait nothing is judged.
+    the start; and feet that are never loaded. What a push did is not in a summary. Without a whole
+    cycle of a gait nothing is judged.
     """
     touches = [event for event in summary.events if event.kind == "trunk-contact"]
     path = summary_path(summary)

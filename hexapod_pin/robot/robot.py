@@ -103,6 +103,7 @@ class Robot(Immutable):
         held: joints that no leg walks with (head, arm, surplus leg joint, foot spring) and the
             places where they are held [rad, or m of sliding joints], those of `posture`.
         doubts: what in the file makes torques doubtful, such as inertias in the wrong unit.
+        caution: what in the file speaks against the direction that is given; else empty.
     """
 
     name: str
@@ -129,6 +130,7 @@ class Robot(Immutable):
     digest: str = field(repr=False)
     held: Mapping[str, float] = field(default_factory=dict, repr=False)
     doubts: tuple[str, ...] = field(default=(), repr=False)
+    caution: str = field(default="", repr=False)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle the fields but Pinocchio's model, which is built again from the URDF's text.
@@ -331,10 +333,13 @@ def robot_of(urdf: LoadedUrdf, source: str) -> Robot:
         total_mass=math.fsum(link.mass or 0.0 for link in file.links),
         posture=angles, provenance=stated.line, assumed=stated.assumed, inferred=stated.inferred,
         repaired=urdf.repaired,
-        notes=(*urdf.notes, *foot_notes, *posture_notes, *_unused(file, feet)),
+        notes=(
+            *urdf.notes, *foot_notes, *posture_notes, *_unused(file, feet),
+            *filter(None, [layout.caution]),
+        ),
         options=_given(options),
         urdf=file.text, digest=digest(file.text), held=_held(joints, angles, legs),
-        doubts=urdf.doubts,
+        doubts=urdf.doubts, caution=layout.caution,
     )  # fmt: skip
     return robot if urdf.doubts or options.mass is not None else _with_mass_doubts(robot)
 

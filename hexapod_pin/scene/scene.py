@@ -14,15 +14,15 @@ from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import digest
 from hexapod_pin.drive.drive_law import has_dry_friction
 from hexapod_pin.drive.joint_stops import JointStops
+from hexapod_pin.drive.motor import TORQUE_BY_MASS, unit_meant
 from hexapod_pin.drive.servo import Servo
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.file_schema import check_data
 from hexapod_pin.ground.contact import Contact
 from hexapod_pin.ground.terrain import AnyTerrain, Flat, Plane
 from hexapod_pin.immutable import Immutable
-from hexapod_pin.robot.holding_torque import STANDARD_GRAVITY
 from hexapod_pin.robot.link_shapes import trunk_points
-from hexapod_pin.robot.robot import Robot, leg_length, once_per_robot, scratch_data
+from hexapod_pin.robot.robot import Robot, once_per_robot, scratch_data
 from hexapod_pin.scene.canonical_text import TEXTS, canonical_text, joined
 from hexapod_pin.scene.loaded_model import models_by_mass
 from hexapod_pin.scene.loads import (
@@ -45,11 +45,16 @@ if TYPE_CHECKING:
     from hexapod_pin.robot.state import State
 
 
-MOST_TORQUE = 100.0
-"""Stall torque of a joint's motor over the robot's weight times the length of its legs [-].
+MOTORS_SHARE = 1.5
+"""Mass of all motors over that of the robot with its payload, at most [-] (*assumed*).
 
-Eighteen geared motors of at most 120 N m/kg weigh so much that no robot with legs of 0.03 m or more
-gets beyond 23. A larger torque is in N mm."""
+Above 1 for files that leave the motors out. A motor weighs at least its torque over the largest of
+`TORQUE_BY_MASS`."""
+
+USUAL_TORQUE = 15.0
+"""Stall torque of all motors over the robot's mass [N m/kg]: which unit was meant.
+
+Motors are some two fifths of a robot's mass, and have 37 N m/kg in the middle of the catalogue."""
 
 SERVO_SPEED = 100.0
 """No-load speed from which a motor is an ideal one, whose torque may be anything [rad/s]."""
@@ -59,22 +64,26 @@ def _check_motors(scene: Scene) -> None:
     """Refuse motors whose torque is in another unit; robots with doubtful masses have any.
 
     Raises:
-        ParameterError: a stall torque is beyond `MOST_TORQUE`.
+        ParameterError: as many motors of a stall torque as the robot has joints would weigh more
+            than `MOTORS_SHARE` of it.
     """
     robot, servo = scene.robot, scene.servos
     if servo.motor is None or not robot.legs or robot.doubts:
         return
-    carried = math.fsum(load.mass for load in scene.loads if isinstance(load, Payload))
-    most = MOST_TORQUE * (robot.total_mass + carried) * STANDARD_GRAVITY * leg_length(robot)
+    mass = robot.total_mass
+    mass += math.fsum(load.mass for load in scene.loads if isinstance(load, Payload))
+    count = sum(len(leg.joints) for leg in robot.legs)
+    most = TORQUE_BY_MASS[1] * MOTORS_SHARE * mass / count
     for name, motor in zip(robot.joint_names, servo.motors(robot), strict=True):
         if motor is None or motor.no_load_speed > SERVO_SPEED or motor.stall_torque <= most:
             continue
         torque = motor.stall_torque
         allowed = (
-            f"at most {most:.4g} N m, {MOST_TORQUE:g} times the robot's weight at the length of "
-            "its legs"
+            f"at most {most:.3g} N m: {count} stronger motors weigh more than {MOTORS_SHARE:g} "
+            f"times the robot's {mass:.3g} kg"
         )
-        hint = f"N mm? {torque:g} N mm are {1e-3 * torque:.4g} N m."
+        meant, _ = unit_meant(torque, count * torque / mass, USUAL_TORQUE)
+        hint = f"Perhaps it is {meant}."
         raise ParameterError(f"Scene.servo.motor[{name}].stall_torque", torque, allowed, hint)
 
 
@@ -118,7 +127,7 @@ class Scene(Immutable):
             ParameterError: gravity is not three finite numbers, `loads` holds something else, more
                 mass is removed from a link than it has, the trunk for body contact has no known
                 shape, or a leg is to be lost whose joints follow a motion.
-            ParameterError: a motor's torque is beyond `MOST_TORQUE`.
+            ParameterError: such motors would weigh more than `MOTORS_SHARE` of the robot.
             UnknownNameError: a load on a link or leg that the robot does not have.
         """
         if self.servo is None:

@@ -17,7 +17,7 @@ from pydantic import (
     model_validator,
 )
 
-from hexapod_pin.drive.motor import Motor
+from hexapod_pin.drive.motor import Motor, check_plausible, unit_meant
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.foreign_text import has_control
 from hexapod_pin.spec import Spec
@@ -128,7 +128,7 @@ class MotorRecord(Spec):
         if self.rated_torque is not None and self.rated_torque > self.stall_torque:
             allowed = f"at most the stall torque, {self.stall_torque:g} N m"
             raise ParameterError("rated_torque", self.rated_torque, allowed)
-        _check_plausible(self.stall_torque, self.mass, self.no_load_speed)
+        check_plausible(self.stall_torque, self.mass, self.no_load_speed)
         if self.no_load_speed is not None and self.stall_current is not None:
             power = self.voltage * self.stall_current
             _check_power(self.stall_torque, self.no_load_speed, power)
@@ -241,45 +241,7 @@ class MotorRecord(Spec):
         )
 
 
-# What a geared motor can be. The catalogue has 17 to 78 N m/kg and at most 13 rad/s; quasi-direct
-# drives have some 40 N m/kg and 30 rad/s.
-
-TORQUE_BY_MASS = (2.0, 120.0)
-"""Stall torque over mass, from which to which [N m/kg] (*assumed*)."""
-
-USUAL_BY_MASS = 37.0
-"""Middle of the catalogue [N m/kg]: which unit was meant."""
-
-HIGHEST_SPEED = 100.0
-"""Of a joint's motor without load [rad/s] (*assumed*)."""
-
-TORQUE_UNITS = {
-    "N mm": 1e-3, "N cm": 1e-2, "kgf cm": 0.0980665, "kgf mm": 0.00980665, "ozf in": 0.00706155,
-}  # fmt: skip
-"""What data sheets give torques in, in N m."""
-
-
-def _check_plausible(stall: float, mass: float | None, speed: float | None) -> None:
-    """Refuse numbers that are in another unit.
-
-    Raises:
-        ParameterError: torque over mass, or the speed, is not one of a geared motor.
-    """
-    low, high = TORQUE_BY_MASS
-    if mass is not None and not low <= stall / mass <= high:
-        torques = {f"{stall:g} {unit}": to * stall / mass for unit, to in TORQUE_UNITS.items()}
-        meant = torques | {f"a mass of {mass:g} g": 1e3 * stall / mass}
-        near = min(meant, key=lambda text: abs(math.log(meant[text] / USUAL_BY_MASS)))
-        allowed = f"{low:g} to {high:g} N m for each kg of the motor's {mass:g} kg"
-        hint = "Check its unit, and that of the mass."
-        if low <= meant[near] <= high:
-            hint = f"Perhaps it is {near}: that would be {meant[near]:.3g} N m/kg."
-        raise ParameterError("stall_torque", stall, allowed, hint)
-    if speed is not None and speed > HIGHEST_SPEED:
-        hint = f"Perhaps it is in rpm: {speed:g} rpm are {speed * math.pi / 30.0:.3g} rad/s."
-        allowed = f"at most {HIGHEST_SPEED:g} rad/s, behind the gear"
-        raise ParameterError("no_load_speed", speed, allowed, hint)
-
+# A motor gives no more power than it takes.
 
 LARGEST_POWER_RATIO = 3.0
 """Stall torque times no-load speed over what the motor draws at a stall, at most [-].
@@ -297,10 +259,8 @@ def _check_power(stall: float, speed: float, power: float) -> None:
     ratio = stall * speed / power
     if ratio <= LARGEST_POWER_RATIO:
         return
-    meant = {f"{stall:g} {unit}": to * ratio for unit, to in TORQUE_UNITS.items()}
-    if speed > SLOW_SPEED:
-        meant[f"a speed of {speed:g} rpm"] = ratio * math.pi / 30.0
-    near = min(meant, key=lambda text: abs(math.log(meant[text] / USUAL_POWER_RATIO)))
+    rpm = {f"a speed of {speed:g} rpm": ratio * math.pi / 30.0} if speed > SLOW_SPEED else {}
+    near, _ = unit_meant(stall, ratio, USUAL_POWER_RATIO, **rpm)
     allowed = f"at most {LARGEST_POWER_RATIO * power / speed:.3g} N m at this speed and current"
     raise ParameterError("stall_torque", stall, allowed, f"Perhaps it is {near}.")
 

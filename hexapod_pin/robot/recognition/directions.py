@@ -37,11 +37,13 @@ class Forward(NamedTuple):
         turn: columns forward, left, up. Shape (3, 3).
         reason: how they were found; empty where they are given.
         miss: by which mirrored hips miss their partners, over the layout's size.
+        named: whether names determine which end is the front.
     """
 
     turn: Array
     reason: str
     miss: float
+    named: bool = True
 
 
 class Layout(NamedTuple):
@@ -86,7 +88,50 @@ def find_forward(layout: Layout, up: Up) -> Forward:
     turn = _axes(plane, up.unit, angle)
     half = len(hips) // 2
     where = f"{direction_text(turn[:, 0])} of {layout.file.base!r}"
-    return Forward(turn, f"forward is {where}: {half} hips on each side of it; {why}", line.miss)
+    reason = f"forward is {where}: {half} hips on each side of it; {why}"
+    return Forward(turn, reason, line.miss, ASSUMED_FRONT not in why)
+
+
+ASSUMED_FRONT = "the front by the root link's axes (assumed)"
+"""Why one end of a robot is its front, where no name says so."""
+
+
+def forward_doubt(stated: str | float, given: Forward, layout: Layout, up: Up) -> str:
+    """Return that a direction is not the one that the hips and names show; else nothing.
+
+    A layout that is as long in the given direction shows no other; and which end is the front shows
+    in names alone.
+
+    Args:
+        stated: the direction as the user gives it.
+        given: the same as axes.
+        layout: what else the direction would be inferred from.
+        up: the upward direction.
+    """
+    try:
+        found = find_forward(layout, up)
+    except UrdfError:
+        return ""
+    angle = math.acos(min(1.0, max(-1.0, float(given.turn[:, 0] @ found.turn[:, 0]))))
+    off = angle if found.named else min(angle, math.pi - angle)
+    if off <= AGREE or (not found.named and _as_long(given, layout, up)):
+        return ""
+    own = direction_text(found.turn[:, 0])
+    if off > math.pi - AGREE:
+        return f"forward {stated} is to its rear: its front is {own}"
+    return f"forward {stated} is {math.degrees(off):.0f} degrees off its body's, {own}"
+
+
+def _as_long(given: Forward, layout: Layout, up: Up) -> bool:
+    """Return whether a given direction is along one of the longest middle lines of the hips."""
+    plane = across_up(up.unit)
+    lines = middle_lines((layout.hips - layout.hips.mean(axis=0)) @ plane.T)
+    longest = max((line.length for line in lines), default=math.inf)
+    along = plane @ given.turn[:, 0]
+    return any(
+        line.length * ROUND_LAYOUT >= longest and abs(_along(line, along)) >= math.cos(AGREE)
+        for line in lines
+    )
 
 
 def given_forward(forward: str | float, up: Up, source: str) -> Forward:
@@ -159,7 +204,7 @@ def _chosen(
     along = _along(line, np.array([1.0, 0.0]))
     if abs(along) < 1e-3:
         along = _along(line, np.array([0.0, 1.0]))
-    return line, math.copysign(1.0, along), "the front by the root link's axes (assumed)"
+    return line, math.copysign(1.0, along), ASSUMED_FRONT
 
 
 def _oddness(line: MiddleLine) -> tuple[bool, float, float]:

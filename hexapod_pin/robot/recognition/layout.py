@@ -90,6 +90,7 @@ class RobotLayout:
         posture: standing angle of every joint that walks [rad].
         inferred: a sentence on each inference; empty where the file states everything.
         feet: foot links of a robot without legs to walk with.
+        caution: what speaks against a direction that the user gives; empty where nothing does.
     """
 
     turn: Array
@@ -98,6 +99,7 @@ class RobotLayout:
     posture: Mapping[str, float] = field(default_factory=dict)
     inferred: Names = ()
     feet: Names = ()
+    caution: str = ""
 
 
 # The standing posture that a file states; the user's hints go before it.

@@ -20,6 +20,7 @@ from hexapod_pin.robot.recognition.directions import (
     Forward,
     Layout,
     find_forward,
+    forward_doubt,
     given_forward,
     hip_points,
     is_left,
@@ -96,7 +97,7 @@ def _recognised(
 ) -> RobotLayout:  # fmt: skip
     """Return the layout of a robot with these legs."""
     up = find_up(legs.chains, legs.frames, legs.tips, stated, file.base)
-    forward, reasons = _forward(file, legs, up, hints)
+    forward, reasons, doubt = _forward(file, legs, up, hints)
     legs, names = _named(legs, forward.turn)
     walking, surplus = walking_joints(legs.chains, legs.frames, legs.tips, up.unit)
     feet = provisional_feet(file, legs, names, hints.feet, hints.foot_radius)
@@ -107,11 +108,17 @@ def _recognised(
         feet = lower
         standing = stand(file, legs, names, feet, walking, forward.turn, stated, low, standing)
     texts = [*reasons, *([surplus] if surplus else []), *feet_text(file, legs, names, feet)]
-    return _layout(file, legs, names, feet, walking, forward.turn, standing, texts)
+    found = _layout(file, legs, names, feet, walking, forward.turn, standing, texts)
+    return replace(found, caution=doubt)
 
 
-def _forward(file: UrdfFile, legs: Legs, up: Up, hints: RobotHints) -> tuple[Forward, list[str]]:
-    """Return the trunk's axes and the reasons; no reason where the joints' names determine them."""
+def _forward(
+    file: UrdfFile, legs: Legs, up: Up, hints: RobotHints
+) -> tuple[Forward, list[str], str]:
+    """Return the trunk's axes, the reasons, and what speaks against a given direction.
+
+    There is no reason where the joints' names determine them.
+    """
     given = legs.given
     names = [chain.names for chain in legs.chains] if given is None else [(name,) for name in given]
     mine = {name for chain in legs.chains for name in chain.names}
@@ -119,7 +126,9 @@ def _forward(file: UrdfFile, legs: Legs, up: Up, hints: RobotHints) -> tuple[For
     hips = hip_points(legs.chains, legs.frames, legs.tips, up.unit)
     layout = Layout(file, legs.frames, legs.chains, hips, names, others)
     if hints.forward is not None:
-        return given_forward(hints.forward, up, file.source), [up.reason] * bool(up.unit[2] < 1)
+        stated = given_forward(hints.forward, up, file.source)
+        doubt = forward_doubt(hints.forward, stated, layout, up)
+        return stated, [up.reason] * bool(up.unit[2] < 1), doubt
     forward = find_forward(layout, up)
     joints = [[joint.name for joint in chain.joints] for chain in legs.chains]
     habit = [leg_of_chain((x[0], x[1], x[2])) if len(x) == 3 else None for x in joints]
@@ -127,8 +136,8 @@ def _forward(file: UrdfFile, legs: Legs, up: Up, hints: RobotHints) -> tuple[For
     if off <= max(1e-6, 2 * (forward.miss + up.scatter)) and None not in habit:
         by_place, names_by_place = _order(legs, np.eye(3))
         if [habit[k] for k in by_place] == list(names_by_place):
-            return Forward(np.eye(3), "", 0.0), []
-    return forward, [up.reason] * bool(up.unit[2] < 1) + [forward.reason]
+            return Forward(np.eye(3), "", 0.0), [], ""
+    return forward, [up.reason] * bool(up.unit[2] < 1) + [forward.reason], ""
 
 
 def _named(legs: Legs, turn: Array) -> tuple[Legs, tuple[str, ...]]:
