@@ -42,7 +42,7 @@ from .results.walk_verdict import walk_verdict as walk_verdict
 from .robot.description.blueprint import Blueprint as Blueprint
 from .robot.robot import Robot as Robot
 from .robot.robot import load_robot as load_robot
-from .robot.robot import urdf_path as urdf_path
+from .robot.robot_source import urdf_path as urdf_path
 from .robot.state import State as State
 from .scene import loads as loads
 from .scene.loads import LostLeg as LostLeg

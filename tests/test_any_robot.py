@@ -14,7 +14,8 @@ from hexapod_pin.errors import ParameterError, UnknownNameError, UrdfError
 from hexapod_pin.robot.description.urdf_file import parse_urdf
 from hexapod_pin.robot.loading.load_options import LoadOptions
 from hexapod_pin.robot.loading.load_urdf import loaded_text
-from hexapod_pin.robot.robot import Robot, robot_of, urdf_path
+from hexapod_pin.robot.robot import Robot, robot_of
+from hexapod_pin.robot.robot_source import urdf_path
 
 FOREIGN = ConventionSet(
     yaw=0.6, names="nonsense", signs=True, zeros=True, feet="none", shapes="stl"

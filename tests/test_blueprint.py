@@ -17,7 +17,8 @@ from hexapod_pin.robot.description.paper_robots import ATHENA, KHARAGPUR, PAPER_
 from hexapod_pin.robot.description.solids import box_inertia, kg_mm2, mm, rod_inertia
 from hexapod_pin.robot.description.urdf_file import Link, parse_urdf
 from hexapod_pin.robot.description.urdf_writer import number
-from hexapod_pin.robot.robot import load_robot, urdf_path
+from hexapod_pin.robot.robot import load_robot
+from hexapod_pin.robot.robot_source import urdf_path
 
 
 def links(blueprint: Blueprint) -> dict[str, Link]:

@@ -16,7 +16,7 @@ import hexapod_pin as hp
 from hexapod_pin.control import BodyMotion, Sine, VelocityCommand
 from hexapod_pin.control.joint_trajectory import JointTrajectory
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.robot.robot import urdf_path
+from hexapod_pin.robot.robot_source import urdf_path
 
 ROBOT = hp.load_robot("kharagpur")
 GAIT = hp.Gait.tripod(stroke=0.05 + 1e-17, cycle_time=0.8, turn_rate=math.pi / 7)

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from hexapod_pin.robot.description.urdf_annotation import read_provenance, stated_places
 from hexapod_pin.robot.description.urdf_file import UrdfFile, read_urdf
 from hexapod_pin.robot.recognition.layout import LegLayout, RobotLayout, annotate_urdf
-from hexapod_pin.robot.robot import urdf_path
+from hexapod_pin.robot.robot_source import urdf_path
 from hexapod_pin.robot.rotations import roll_pitch_yaw
 
 TURN = Rotation.from_euler("z", 37.0, degrees=True).as_matrix()

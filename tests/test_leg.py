@@ -13,7 +13,8 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.control.gait import LEG_ORDER
 from hexapod_pin.errors import ReachError, UnknownNameError
 from hexapod_pin.robot.leg_kinematics import LegKinematics
-from hexapod_pin.robot.robot import Robot, load_robot, urdf_path
+from hexapod_pin.robot.robot import Robot, load_robot
+from hexapod_pin.robot.robot_source import urdf_path
 
 L1, L2, L3 = 0.0835, 0.11934, 0.09879  # S2 Table 1 [m]
 

@@ -24,7 +24,8 @@ from hexapod_pin.robot.leg_geometry import (
 )
 from hexapod_pin.robot.leg_kinematics import LegKinematics
 from hexapod_pin.robot.leg_set import LegSet
-from hexapod_pin.robot.robot import Robot, load_robot, urdf_path
+from hexapod_pin.robot.robot import Robot, load_robot
+from hexapod_pin.robot.robot_source import urdf_path
 
 FEMUR = '<origin xyz="0.0835 0 0" rpy="0 0 0"/>\n    <axis xyz="0 1 0"/>'
 REPLACED_FEMUR = {

@@ -11,7 +11,8 @@ from conftest import Run
 from refusals import refused
 
 import hexapod_pin as hp
-from hexapod_pin.commands.options import chosen_motor, load_options, speed_limit, torque_limit
+from hexapod_pin.commands.loading_options import load_options
+from hexapod_pin.commands.options import chosen_motor, speed_limit, torque_limit
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.robot.loading.load_options import LoadOptions, hints_path, read_hints
 

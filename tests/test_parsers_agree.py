@@ -12,7 +12,8 @@ import pytest
 import yourdfpy
 
 from hexapod_pin.robot.description.paper_robots import KHARAGPUR
-from hexapod_pin.robot.robot import Robot, load_robot, urdf_path
+from hexapod_pin.robot.robot import Robot, load_robot
+from hexapod_pin.robot.robot_source import urdf_path
 
 # Both codes do the same sums in another order on matrices of condition number 1e4 to 1e5:
 # 1e-12 of the largest entry leaves a factor of ten and more over what is seen.

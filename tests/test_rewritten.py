@@ -24,7 +24,8 @@ from hexapod_pin.robot.reading.resources import ResourceFinder
 from hexapod_pin.robot.recognition.chains import tree_frames
 from hexapod_pin.robot.recognition.layout import RobotHints, RobotLayout
 from hexapod_pin.robot.recognition.recognise import recognise
-from hexapod_pin.robot.robot import load_robot, urdf_path
+from hexapod_pin.robot.robot import load_robot
+from hexapod_pin.robot.robot_source import urdf_path
 
 EVERYTHING = ConventionSet(
     yaw=0.7, y_up=True, names="nonsense", signs=True, zeros=True, frames=True, fixed=True,

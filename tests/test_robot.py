@@ -18,7 +18,8 @@ from hexapod_pin.robot.description.paper_robots import KHARAGPUR
 from hexapod_pin.robot.description.solids import body_inertia
 from hexapod_pin.robot.description.urdf_file import read_urdf
 from hexapod_pin.robot.loading.pin_model import placement
-from hexapod_pin.robot.robot import Robot, load_robot, urdf_path
+from hexapod_pin.robot.robot import Robot, load_robot
+from hexapod_pin.robot.robot_source import urdf_path
 from hexapod_pin.robot.rotations import rotation
 from hexapod_pin.validation.cases.robots import references, robot_file
 

@@ -28,7 +28,7 @@ import hexapod_pin as hp
 from hexapod_pin import native
 from hexapod_pin.benchmark.engines.mujoco_engine import CONES
 from hexapod_pin.interchange.mjcf_text import MjcfOptions, body_name
-from hexapod_pin.robot.robot import urdf_path
+from hexapod_pin.robot.robot_source import urdf_path
 from hexapod_pin.simulation.plant import native_plant
 from hexapod_pin.text_table import Table
 

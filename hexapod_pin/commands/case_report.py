@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hexapod_pin.commands.options import Shown
 from hexapod_pin.commands.terminal import echo, typed_command
 from hexapod_pin.commands.trials import try_cure, try_repaired
 from hexapod_pin.results.run_facts import events_text
@@ -19,29 +20,6 @@ if TYPE_CHECKING:
     from hexapod_pin.results.trace import Trace
     from hexapod_pin.results.walk_answer import WalkAnswer
     from hexapod_pin.simulation.case import Case
-
-
-@dataclass(frozen=True)
-class Shown:
-    """What `walk` and `run` print beside the answer.
-
-    Attributes:
-        full: everything.
-        joints: a line for every joint.
-        assumed: what is assumed, a line each.
-        json: JSON instead of text.
-        verdict: the peaks, computed again.
-        quick: leave out the two runs with other servo gains, and the one with a repaired file.
-        threads: runs at a time, of those that are repeated.
-    """
-
-    full: bool = False
-    joints: bool = False
-    assumed: bool = False
-    json: bool = False
-    verdict: bool = False
-    quick: bool = False
-    threads: int = 1
 
 
 @dataclass(frozen=True)

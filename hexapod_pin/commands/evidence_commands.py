@@ -9,14 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Optional
 import typer
 
 from hexapod_pin.atomic_file import write_atomically
-from hexapod_pin.commands.options import (
-    Feet,
-    FootRadius,
-    OptionalFloat,
-    OptionalPath,
-    OptionalText,
-    foot_names,
-)
+from hexapod_pin.commands.loading_options import Feet, FootRadius, foot_names
+from hexapod_pin.commands.options import OptionalFloat, OptionalPath, OptionalText
 from hexapod_pin.commands.output_files import writable, writable_figure, written_files
 from hexapod_pin.commands.progress import progress_bar
 from hexapod_pin.commands.terminal import MISSED, announce, echo, fail

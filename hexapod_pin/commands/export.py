@@ -3,33 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from hexapod_pin.commands.loading_options import RepairedLoading
 from hexapod_pin.commands.options import (
-    Density,
-    Effort,
-    Feet,
-    FootRadius,
-    Forward,
-    Hold,
     ImportCode,
-    Legs,
-    Mass,
     OptionalFloat,
     OptionalText,
-    PackagePath,
-    PostureText,
-    RepairFirst,
-    Velocity,
-    XacroArgs,
     given,
     import_code,
-    load_options,
+    with_groups,
 )
 from hexapod_pin.commands.terminal import announce, echo
 from hexapod_pin.commands.urdf_commands import write_repaired
@@ -53,6 +41,7 @@ NO_GAIT = "none"
 """Value of --gait for the standing posture alone."""
 
 
+@with_groups
 def export(
     context: typer.Context,
     what: Annotated[
@@ -70,6 +59,7 @@ def export(
             ".mcap a trace for viewers of robot data, .csv or .csv.gz its samples."
         ),
     ],
+    *,
     gait: Annotated[
         OptionalText,
         typer.Option(
@@ -84,19 +74,7 @@ def export(
     rate: Annotated[
         OptionalFloat, typer.Option(help="Keyframes or points per second [Hz]; default 50.")
     ] = None,
-    feet: Feet = None,
-    foot_radius: FootRadius = None,
-    forward: Forward = None,
-    legs: Legs = None,
-    posture: PostureText = None,
-    held: Hold = None,
-    package_path: PackagePath = None,
-    xacro_arg: XacroArgs = None,
-    repair: RepairFirst = False,
-    mass: Mass = None,
-    density: Density = None,
-    effort: Effort = None,
-    velocity: Velocity = None,
+    loading: RepairedLoading,
     code: ImportCode = None,
 ) -> None:
     """Write a robot, a case or a trace for another program; the ending of OUT is the format."""
@@ -105,12 +83,7 @@ def export(
 
     path = writable("OUT", out, tuple(WRITERS))
     import_code(code)
-    options = load_options(
-        feet=feet, legs=legs, posture=posture, held=held, package_path=package_path,
-        xacro_arg=xacro_arg, foot_radius=foot_radius, forward=forward,
-        repair=repair or path.suffix == ".urdf" or None, mass=mass, density=density,
-        effort=effort, velocity=velocity,
-    )  # fmt: skip
+    options = replace(loading, repair=loading.repair or path.suffix == ".urdf").options()
     source = Source(context, what, options, gait, duration, rate)
     ending = next(one for one in WRITERS if path.name.endswith(one))
     for line in WRITERS[ending](source, path):
@@ -218,7 +191,7 @@ def _mjcf(source: Source, path: Path) -> list[str]:
 
 def _urdf(source: Source, path: Path) -> list[str]:
     """Write the repaired URDF of a robot, as `hexapod-pin repair`."""
-    from hexapod_pin.robot.robot import PACKAGED, urdf_path
+    from hexapod_pin.robot.robot_source import PACKAGED, urdf_path
 
     if source.kind != "robot":
         raise ParameterError("WHAT", source.what, "a robot for .urdf, not a case or a trace")

@@ -7,21 +7,22 @@ typer reads these annotations at run time, on Python 3.10 too: Optional[...], no
 
 from __future__ import annotations
 
+import inspect
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields, is_dataclass
+from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Optional
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, Optional, get_type_hints
 
 import typer
 
 from hexapod_pin.errors import GaitError, HexapodError, ParameterError
-from hexapod_pin.user_file import user_path
 
 if TYPE_CHECKING:
     from hexapod_pin.drive.catalog import MotorRecord
     from hexapod_pin.drive.motor import Motor
-    from hexapod_pin.robot.loading.load_options import LoadOptions
 
 
 OptionalFloat = Optional[float]  # noqa: UP045
@@ -32,13 +33,6 @@ OptionalTexts = Optional[list[str]]  # noqa: UP045
 
 RobotName = Annotated[
     str, typer.Argument(help="kharagpur, athena, or the path of a URDF, xacro or MJCF file.")
-]
-PackagePath = Annotated[
-    OptionalPaths,
-    typer.Option("--package-path", help="A folder with packages or meshes; repeatable."),
-]
-XacroArgs = Annotated[
-    OptionalTexts, typer.Option("--xacro-arg", help="NAME=VALUE for a xacro file; repeatable.")
 ]
 TracePath = Annotated[Path, typer.Argument(help="A file that `walk` left (walk.nc).")]
 TraceOut = Annotated[
@@ -51,10 +45,6 @@ Record = Annotated[
         help="Samples to keep, separated by commas: torque, set_points, contacts, com, energy; "
         "motion alone for none of them. Default: all. On request: sliding, current, temperature."
     ),
-]
-Feet = Annotated[
-    OptionalText,
-    typer.Option(help="Names of the foot links, separated by commas, where not found by name."),
 ]
 NoHtml = Annotated[bool, typer.Option("--no-html", help="Write no playback.")]
 Verdict = Annotated[
@@ -83,11 +73,6 @@ Quick = Annotated[
         help="Leave out the two runs that show how far peaks depend on assumed servo gains.",
     ),
 ]
-FootRadius = Annotated[
-    OptionalFloat,
-    typer.Option(help="Radius of all foot spheres [m]; default: the URDF's own."),
-]
-
 ImportCode = Annotated[
     OptionalPath,
     typer.Option(
@@ -95,6 +80,68 @@ ImportCode = Annotated[
         help="A Python file that registers controllers of your own (workers do not read it).",
     ),
 ]
+
+
+# Groups of options that several commands share, as data classes.
+
+Command = Callable[..., None]
+
+
+def with_groups(command: Command) -> Command:
+    """Return a command that takes the options of its groups one by one.
+
+    A parameter whose type is a data class stands for the fields of that class: each is an option,
+    where the parameter stands, and the command receives an object of the class.
+    """
+    hints = get_type_hints(command, include_extras=True)
+    groups: dict[str, Any] = {}
+    options: list[inspect.Parameter] = []
+    for parameter in inspect.signature(command).parameters.values():
+        kind = hints[parameter.name]
+        if not is_dataclass(kind):
+            options.append(parameter.replace(annotation=kind, kind=parameter.KEYWORD_ONLY))
+            continue
+        groups[parameter.name] = kind
+        own = get_type_hints(kind, include_extras=True)
+        options += [
+            inspect.Parameter(
+                one.name, parameter.KEYWORD_ONLY, default=one.default, annotation=own[one.name]
+            )
+            for one in fields(kind)
+        ]
+
+    @wraps(command)
+    def called(**values: Any) -> None:
+        for name, kind in groups.items():
+            values[name] = kind(**{one.name: values.pop(one.name) for one in fields(kind)})
+        command(**values)
+
+    called.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
+    called.__annotations__ = {one.name: one.annotation for one in options}
+    return called
+
+
+@dataclass(frozen=True)
+class Shown:
+    """What `walk` and `run` print beside the answer; the attributes are options.
+
+    Attributes:
+        full: everything.
+        joints: a line for every joint.
+        assumed: what is assumed, a line each.
+        json: JSON instead of text.
+        verdict: the peaks, computed again.
+        quick: leave out the two runs with other servo gains, and the one with a repaired file.
+        threads: runs at a time, of those that are repeated.
+    """
+
+    full: Full = False
+    joints: EveryJoint = False
+    assumed: Assumed = False
+    json: AsJson = False
+    verdict: Verdict = False
+    quick: Quick = False
+    threads: Threads = 1
 
 
 def import_code(path: Path | None) -> None:
@@ -113,20 +160,6 @@ def given(**fields: float | None) -> dict[str, float]:
 def comma_list(text: str | None) -> list[str] | None:
     """Return the parts of a comma-separated list; None of nothing."""
     return None if text is None else [part.strip() for part in text.split(",")]
-
-
-def foot_names(text: str | None) -> list[str] | None:
-    """Return the names in a comma-separated list.
-
-    Raises:
-        ParameterError: a name is empty or given twice.
-    """
-    names = comma_list(text)
-    if names is None:
-        return None
-    if not all(names) or len(set(names)) < len(names):
-        raise ParameterError("--feet", text, "different link names, separated by commas")
-    return names
 
 
 # Motors of a catalogue by name, where a command takes a motor, a torque or a speed.
@@ -224,128 +257,6 @@ def _number(text: str | None, option: str, field: str) -> float | None:
     if value is None:
         raise ParameterError(option, text, f"a motor whose {field} is known: {record.unusable}")
     return value
-
-
-# Options for how a robot's file is read: the same for every command that loads one.
-#
-# typer reads these annotations at run time.
-
-Forward = Annotated[
-    OptionalText,
-    typer.Option(help="Direction of travel in the root link: x, -x, y, -y, z, -z or degrees."),
-]
-Legs = Annotated[
-    OptionalText,
-    typer.Option(help="Legs: 'lf=JOINT,JOINT,JOINT;lm=...', or one joint or link of each."),
-]
-PostureText = Annotated[
-    OptionalText,
-    typer.Option("--posture", help="Standing angles: 'JOINT=DEGREES,JOINT=DEGREES,...'."),
-]
-WalkPosture = Annotated[
-    OptionalText,
-    typer.Option(
-        "--posture",
-        help="Standing angles: 'JOINT=DEGREES,JOINT=DEGREES,...'; least-torque: those that need "
-        "the least holding torque in this gait; longest-stroke: those that leave most of a stroke.",
-    ),
-]
-Hold = Annotated[
-    OptionalText,
-    typer.Option(help="Joints that do not walk: 'JOINT=DEGREES,...' (m for sliding joints)."),
-]
-RepairFirst = Annotated[
-    bool, typer.Option("--repair", help="Repair the file's faults first; see `hexapod-pin repair`.")
-]
-Mass = Annotated[OptionalFloat, typer.Option(help="With --repair: mass of the robot [kg].")]
-Density = Annotated[OptionalFloat, typer.Option(help="With --repair: of its parts [kg/m^3].")]
-Effort = Annotated[
-    OptionalText, typer.Option(help="With --repair: of all joints [N m], or a motor's name.")
-]
-Velocity = Annotated[
-    OptionalText, typer.Option(help="With --repair: of all joints [rad/s], or a motor's name.")
-]
-
-
-def load_options(
-    *,
-    feet: str | None = None,
-    legs: str | None = None,
-    posture: str | None = None,
-    held: str | None = None,
-    package_path: Sequence[Path] | None = None,
-    xacro_arg: Sequence[str] | None = None,
-    effort: str | None = None,
-    velocity: str | None = None,
-    **numbers: Any,
-) -> LoadOptions:
-    """Return what was given as options of `load_robot`.
-
-    Raises:
-        ParameterError: a str that does not have the form its option needs, or a number or motor
-            that only --repair takes.
-    """
-    from hexapod_pin.robot.loading.load_options import LoadOptions
-
-    numbers |= {"effort": torque_limit(effort), "velocity": speed_limit(velocity)}
-    repairs = ("mass", "density", "effort", "velocity")
-    given = [name for name in repairs if numbers.get(name) is not None]
-    if given and not numbers.get("repair"):
-        allowed = "left out without --repair"
-        raise ParameterError(f"--{given[0]}", numbers[given[0]], allowed)
-    found: dict[str, Any] = {
-        "feet": foot_names(feet),
-        "legs": None if legs is None else leg_joints(legs),
-        "posture": None if posture is None else angles("--posture", posture),
-        "held": None if held is None else angles("--held", held),
-        "package_path": [str(user_path(folder).absolute()) for folder in package_path or ()],
-        "xacro_args": dict(pair("--xacro-arg", text) for text in xacro_arg or ()),
-        **numbers,
-    }
-    return LoadOptions(**{name: value for name, value in found.items() if value is not None})
-
-
-def pair(option: str, text: str) -> tuple[str, str]:
-    """Return name and value of NAME=VALUE.
-
-    Raises:
-        ParameterError: no name or no equals sign.
-    """
-    name, sign, value = text.partition("=")
-    if not (sign and name.strip()):
-        raise ParameterError(option, text, "NAME=VALUE")
-    return name.strip(), value.strip()
-
-
-def angles(option: str, text: str) -> dict[str, float]:
-    """Return joint name -> angle [rad] of JOINT=DEGREES,JOINT=DEGREES.
-
-    Raises:
-        ParameterError: another form, or an angle that is no finite number.
-    """
-    found = {}
-    for part in text.split(","):
-        name, value = pair(option, part)
-        try:
-            found[name] = math.radians(float(value))
-        except ValueError:
-            found[name] = math.nan
-        if not math.isfinite(found[name]):
-            raise ParameterError(option, part.strip(), "JOINT=DEGREES, separated by commas")
-    return found
-
-
-def leg_joints(text: str) -> dict[str, list[str]]:
-    """Return leg name -> joints (or one joint or link) of LEG=JOINT,JOINT;LEG=JOINT,JOINT.
-
-    Raises:
-        ParameterError: another form.
-    """
-    found = {}
-    for part in text.split(";"):
-        leg, joints = pair("--legs", part)
-        found[leg] = [name.strip() for name in joints.split(",") if name.strip()]
-    return found
 
 
 # Errors in terms of the command that met them: its options instead of Python's arguments.

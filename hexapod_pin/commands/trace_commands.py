@@ -15,6 +15,7 @@ from hexapod_pin.commands.options import (
     OptionalFloat,
     OptionalPath,
     OptionalText,
+    Shown,
     Threads,
     TracePath,
     Verdict,
@@ -24,7 +25,6 @@ from hexapod_pin.commands.terminal import announce, echo
 from hexapod_pin.errors import ParameterError
 
 if TYPE_CHECKING:
-    from hexapod_pin.commands.case_report import Shown
     from hexapod_pin.results.peak_verdict import PeakVerdicts
     from hexapod_pin.results.sizing import MotorRanking
     from hexapod_pin.results.torque_budget import TorqueBudget
@@ -60,7 +60,7 @@ def budget(
 ) -> None:
     """Print the torque budget of a trace."""
     announce(f"reading {trace}")
-    from hexapod_pin.commands.case_report import Shown, exit_by, verdict_on_peaks
+    from hexapod_pin.commands.case_report import exit_by, verdict_on_peaks
     from hexapod_pin.drive.catalog import load_catalog
     from hexapod_pin.results.sizing import motor_ranking
     from hexapod_pin.results.torque_budget import torque_budget

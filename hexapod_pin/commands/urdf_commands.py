@@ -8,24 +8,17 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from hexapod_pin.atomic_file import write_atomically
+from hexapod_pin.commands.loading_options import Loading
 from hexapod_pin.commands.options import (
-    Feet,
-    FootRadius,
-    Forward,
-    Hold,
-    Legs,
     OptionalFloat,
     OptionalText,
-    PackagePath,
-    PostureText,
     RobotName,
-    XacroArgs,
     given,
-    load_options,
     option_names,
     speed_limit,
     spelt_in_options,
     torque_limit,
+    with_groups,
 )
 from hexapod_pin.commands.terminal import FAILED, announce, echo, fail
 from hexapod_pin.errors import ParameterError
@@ -38,17 +31,12 @@ if TYPE_CHECKING:
     from hexapod_pin.robot.repair import Repaired
 
 
+@with_groups
 def check(
     context: typer.Context,
     urdf: RobotName,
-    feet: Feet = None,
-    foot_radius: FootRadius = None,
-    forward: Forward = None,
-    legs: Legs = None,
-    posture: PostureText = None,
-    held: Hold = None,
-    package_path: PackagePath = None,
-    xacro_arg: XacroArgs = None,
+    *,
+    loading: Loading,
     write: Annotated[
         bool,
         typer.Option("--write", help="Write what was inferred to NAME.hints.toml, to be edited."),
@@ -59,10 +47,7 @@ def check(
     from hexapod_pin.robot.loading.load_options import write_hints
     from hexapod_pin.robot.urdf_report import inspect
 
-    options = load_options(
-        feet=feet, legs=legs, posture=posture, held=held, package_path=package_path,
-        xacro_arg=xacro_arg, foot_radius=foot_radius, forward=forward,
-    )  # fmt: skip
+    options = loading.options()
     report = inspect(urdf, options=options)
     text = spelt_in_options(str(report), option_names(context.command))
     if report.ok or report.layout is not None:
@@ -92,22 +77,17 @@ Velocity = Annotated[
 ]
 
 
+@with_groups
 def repair(
     context: typer.Context,
     file: Annotated[Path, typer.Argument(help="The URDF to repair; it is not touched.")],
     out: Annotated[Path, typer.Option("-o", "--out", help="The repaired URDF to write.")],
+    *,
     mass: Mass = None,
     density: Density = None,
     effort: Effort = None,
     velocity: Velocity = None,
-    feet: Feet = None,
-    foot_radius: FootRadius = None,
-    forward: Forward = None,
-    legs: Legs = None,
-    posture: PostureText = None,
-    held: Hold = None,
-    package_path: PackagePath = None,
-    xacro_arg: XacroArgs = None,
+    loading: Loading,
 ) -> None:
     """Write a URDF that `check` accepts: what is missing, impossible or absurd is replaced.
 
@@ -118,10 +98,7 @@ def repair(
     from hexapod_pin.commands.output_files import writable
 
     path = writable("--out", out)
-    hints = load_options(
-        feet=feet, legs=legs, posture=posture, held=held, package_path=package_path,
-        xacro_arg=xacro_arg, foot_radius=foot_radius, forward=forward,
-    )  # fmt: skip
+    hints = loading.options()
     options = given(
         mass=mass, density=density, effort=torque_limit(effort), velocity=speed_limit(velocity)
     )

@@ -10,44 +10,26 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from hexapod_pin.commands.loading_options import WalkLoading
 from hexapod_pin.commands.options import (
-    AsJson,
-    Assumed,
     CatalogFile,
-    Density,
-    Effort,
-    EveryJoint,
-    Feet,
-    FootRadius,
     Force,
-    Forward,
-    Full,
-    Hold,
     ImportCode,
-    Legs,
-    Mass,
     MotorName,
     NoHtml,
     OptionalFloat,
     OptionalPath,
     OptionalText,
-    PackagePath,
-    Quick,
     Record,
-    RepairFirst,
     RobotName,
-    Threads,
+    Shown,
     TraceOut,
-    Velocity,
-    Verdict,
     Voltage,
-    WalkPosture,
-    XacroArgs,
     chosen_motor,
     comma_list,
     given,
     import_code,
-    load_options,
+    with_groups,
 )
 from hexapod_pin.commands.scene_options import TERRAIN_HELP, read_loads, read_terrain_option
 from hexapod_pin.commands.terminal import announce, echo
@@ -72,8 +54,10 @@ SHORT_STROKE = 0.75
 """Stroke over the default one below which the first line has it, and a posture is tried [-]."""
 
 
+@with_groups
 def walk(
     robot: RobotName,
+    *,
     gait: Annotated[
         OptionalText,
         typer.Option(
@@ -197,32 +181,14 @@ def walk(
     save_case: Annotated[
         OptionalPath, typer.Option(help="Write the case too, for `hexapod-pin run`.")
     ] = None,
-    full: Full = False,
-    joints: EveryJoint = False,
-    assumed: Assumed = False,
-    json: AsJson = False,
-    verdict: Verdict = False,
-    quick: Quick = False,
+    shown: Shown,
     force: Force = False,
-    threads: Threads = 1,
-    feet: Feet = None,
-    foot_radius: FootRadius = None,
-    forward: Forward = None,
-    legs: Legs = None,
-    posture: WalkPosture = None,
-    held: Hold = None,
-    package_path: PackagePath = None,
-    xacro_arg: XacroArgs = None,
-    repair: RepairFirst = False,
-    mass: Mass = None,
-    density: Density = None,
-    effort: Effort = None,
-    velocity: Velocity = None,
+    loading: WalkLoading,
     record: Record = None,
 ) -> None:
     """Walk a robot; print its torque table; leave a trace and a playback."""
     announce(f"reading {robot}")
-    from hexapod_pin.commands.case_report import CaseToReport, Shown, length_of, run_and_report
+    from hexapod_pin.commands.case_report import CaseToReport, length_of, run_and_report
     from hexapod_pin.commands.output_files import PAGES, writable, writable_trace
     from hexapod_pin.control.feasible_gait import default_gait, fit_gait
     from hexapod_pin.control.gait_refusal import leg_clearance
@@ -241,15 +207,12 @@ def walk(
     html_path = None if no_html else writable("--html", html, PAGES)
     case_path = None if save_case is None else writable("--save-case", save_case)
     motors = chosen_motor(motor, voltage, catalog)
+    posture = loading.posture
     searched = posture in (LEAST_TORQUE, LONGEST_STROKE)
     if not (posture is None or searched or "=" in posture):
         allowed = f"JOINT=DEGREES,..., {LEAST_TORQUE} or {LONGEST_STROKE}"
         raise ParameterError("--posture", posture, allowed)
-    options = load_options(
-        feet=feet, legs=legs, posture=None if searched else posture, held=held,
-        package_path=package_path, xacro_arg=xacro_arg, foot_radius=foot_radius, forward=forward,
-        repair=repair or None, mass=mass, density=density, effort=effort, velocity=velocity,
-    )  # fmt: skip
+    options = (replace(loading, posture=None) if searched else loading).options()
     loaded = load_robot(robot, options=options)
     announce("planning the gait")
     name = gait or default_gait(loaded)
@@ -296,7 +259,7 @@ def walk(
             "Begin earlier, or give a longer --duration.",
         )  # fmt: skip
     if case_path is not None:
-        echo(f"wrote {case.save(case_path)}", err=json)
+        echo(f"wrote {case.save(case_path)}", err=shown.json)
 
     def repaired() -> Case:
         mended = load_robot(robot, options=options.model_copy(update={"repair": True}))
@@ -308,7 +271,7 @@ def walk(
 
     near = leg_clearance(loaded, chosen).notes
     short = chosen.stroke < SHORT_STROKE * fitted.wanted
-    posture_help = short and posture is None and not quick
+    posture_help = short and posture is None and not shown.quick
     if posture_help:
         announce("searching a posture that leaves a longer stroke")
     doubtful = bool(loaded.doubts) and not options.repair
@@ -325,9 +288,8 @@ def walk(
         motor=motors.record,
         repaired=repaired if doubtful else None,
         changed=changed,
-        following=f"hexapod-pin select {robot}{' --repair' * repair}",
+        following=f"hexapod-pin select {robot}{' --repair' * loading.repair}",
     )
-    shown = Shown(full, joints, assumed, json, verdict, quick, threads)
     run_and_report(job, trace_path, html_path, shown)
 
 
@@ -431,24 +393,20 @@ def _raised(robot: Robot, gait: Gait, height: float | None) -> BodyMotion | None
 # `hexapod-pin run`: run a case that was written before, to the same bits.
 
 
+@with_groups
 def run(
     case: Annotated[Path, typer.Argument(help="A file that `walk --save-case` left (case.toml).")],
+    *,
     out: TraceOut = Path("run.nc"),
     html: Annotated[Path, typer.Option(help="Playback file to write.")] = Path("run.html"),
     no_html: NoHtml = False,
-    full: Full = False,
-    joints: EveryJoint = False,
-    assumed: Assumed = False,
-    json: AsJson = False,
-    verdict: Verdict = False,
-    quick: Quick = False,
+    shown: Shown,
     force: Force = False,
-    threads: Threads = 1,
     code: ImportCode = None,
 ) -> None:
     """Run a case from its file; print its torque table; leave a trace and a playback."""
     announce(f"reading {case}")
-    from hexapod_pin.commands.case_report import CaseToReport, Shown, length_of, run_and_report
+    from hexapod_pin.commands.case_report import CaseToReport, length_of, run_and_report
     from hexapod_pin.commands.output_files import PAGES, writable, writable_trace
     from hexapod_pin.simulation.case import load_case
     from hexapod_pin.simulation.run_settings import chosen_limits
@@ -463,5 +421,4 @@ def run(
         f"case {case}: {length_of(found)}, digest {found.digest}",
     ]
     job = CaseToReport(found, f"running {length_of(found)}", about)
-    shown = Shown(full, joints, assumed, json, verdict, quick, threads)
     run_and_report(job, trace_path, html_path, shown)

@@ -161,6 +161,22 @@ TORQUE_UNITS = {
 """What data sheets give torques in, in N m."""
 
 
+MOTORS_SHARE = 1.5
+"""Mass of all motors over that of the robot with its payload, at most [-] (*assumed*).
+
+Above 1 for files that leave the motors out."""
+
+
+def most_torque(mass: float, count: int) -> float:
+    """Return the stall torque [N m] of motors that weigh `MOTORS_SHARE` of a robot.
+
+    Args:
+        mass: of the robot with its payload [kg].
+        count: of its motors.
+    """
+    return TORQUE_BY_MASS[1] * MOTORS_SHARE * mass / count
+
+
 def unit_meant(stall: float, ratio: float, usual: float, **others: float) -> tuple[str, float]:
     """Return the unit that a stall torque was perhaps meant in, as text, and what then comes of it.
 

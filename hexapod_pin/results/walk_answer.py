@@ -41,6 +41,9 @@ NOTHING = 1e-9
 NO_LIMIT = "nothing at a limit"
 """Left out where the line has no room for it."""
 
+VAIN_LIMITS = "its limits are no motor's"
+"""In its place where to be below them says nothing."""
+
 
 @dataclass(frozen=True, eq=False)
 class WalkAnswer(Immutable):
@@ -112,7 +115,8 @@ class WalkAnswer(Immutable):
             slip is not None, self.margin is not None, verdict.push, verdict.lost_legs, self.caution
         )  # fmt: skip
         if len(parts) == sum(map(bool, known)):
-            parts.append("prescribed motion" if verdict.prescribed else NO_LIMIT)
+            free = VAIN_LIMITS if verdict.vain_limits else NO_LIMIT
+            parts.append("prescribed motion" if verdict.prescribed else free)
         return parts
 
     def lines(self) -> list[str]:

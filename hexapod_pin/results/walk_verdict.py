@@ -33,6 +33,7 @@ from hexapod_pin.results.walk_causes import (
     at_speed_limit,
     at_torque_limit,
     lag,
+    limits_are_of_no_motor,
     lost_legs,
     slip_of,
 )
@@ -80,6 +81,7 @@ class WalkVerdict(Immutable):
         doubts: what in the robot's file makes torques doubtful, in short phrases.
         push: what pushes did, from the first of them on; None of a run without one.
         lost_legs: legs whose drives gave no torque, from some time of the run on.
+        vain_limits: whether the robot's own limits are beyond any motor's, so that none acts.
     """
 
     robot_name: str
@@ -106,6 +108,7 @@ class WalkVerdict(Immutable):
     doubts: tuple[str, ...] = ()
     push: PushEffect | None = None
     lost_legs: tuple[str, ...] = ()
+    vain_limits: bool = False
 
     @property
     def walks(self) -> bool:
@@ -179,7 +182,7 @@ def walk_verdict(trace: Trace) -> WalkVerdict:
         holds=trace.run.case.controller.get("kind") == "hold",
         reason=reason, advice=hint.text, cause=hint.cause, change=hint.change,
         doubts=trace.run.robot.doubts, push=push,
-        lost_legs=lost_legs(trace),
+        lost_legs=lost_legs(trace), vain_limits=limits_are_of_no_motor(trace),
     )  # fmt: skip
 
 

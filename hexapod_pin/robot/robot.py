@@ -6,7 +6,6 @@ Values that depend on the robot alone are computed once per robot.
 from __future__ import annotations
 
 import math
-import os
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -21,18 +20,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, digest, read_only
-from hexapod_pin.errors import UnknownNameError, UrdfError
+from hexapod_pin.errors import UnknownNameError
 from hexapod_pin.immutable import Immutable, content_digest, rebuilt
 from hexapod_pin.log import LOG
-from hexapod_pin.plugins import ROBOTS, plugin_names, plugin_result
 from hexapod_pin.robot.description.leg_names import LEG_NAMES
 from hexapod_pin.robot.description.urdf_annotation import read_provenance
-from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile, parse_urdf
+from hexapod_pin.robot.description.urdf_file import Joint, parse_urdf
 from hexapod_pin.robot.loading.backlash import GAP, ROTOR
 from hexapod_pin.robot.loading.load_options import KeyedOptions, LoadOptions
 from hexapod_pin.robot.loading.load_urdf import LoadedUrdf, load_urdf
 from hexapod_pin.robot.loading.pin_model import Foot, build_model, joints_in_order, place_feet
 from hexapod_pin.robot.recognition.layout import RobotLayout
+from hexapod_pin.robot.robot_source import PACKAGED, absolute, robot_path, urdf_path
 from hexapod_pin.robot.state import (
     Posture,
     State,
@@ -42,16 +41,9 @@ from hexapod_pin.robot.state import (
     standing_angles,
 )
 from hexapod_pin.shown import drawn
-from hexapod_pin.user_file import user_path
 
 if TYPE_CHECKING:
     import pinocchio as pin
-
-
-PACKAGED = ("kharagpur", "athena")
-"""Robots that come with the package."""
-
-Item = TypeVar("Item")
 
 
 @dataclass(frozen=True)
@@ -260,8 +252,8 @@ def load_robot(
         ('lf_coxa_joint', 'lf_femur_joint', 'lf_tibia_joint')
     """
     named: dict[str, Any] = {
-        "feet": feet, "foot_radius": foot_radius, "posture": plain_posture(posture),
-        "forward": forward, "legs": legs, "held": held, "repair": repair or None,
+        "feet": feet, "foot_radius": foot_radius, "posture": plain_posture(posture), "held": held,
+        "forward": forward, "legs": legs, "repair": repair or None,
         "package_path": [str(folder) for folder in package_path] or None,
     }  # fmt: skip
     arguments = LoadOptions(**{key: value for key, value in named.items() if value is not None})
@@ -271,7 +263,7 @@ def load_robot(
         robot = _own_model(_packaged(str(source), arguments.keyed()))
     else:
         path = robot_path(source)
-        robot = robot_of(load_urdf(path, arguments), _absolute(path))
+        robot = robot_of(load_urdf(path, arguments), absolute(path))
         for kind in ("repaired", "inferred", "notes", "doubts"):
             for text in getattr(robot, kind):
                 LOG.info("%s: %s: %s", path, kind, text)
@@ -333,10 +325,7 @@ def robot_of(urdf: LoadedUrdf, source: str) -> Robot:
         total_mass=math.fsum(link.mass or 0.0 for link in file.links),
         posture=angles, provenance=stated.line, assumed=stated.assumed, inferred=stated.inferred,
         repaired=urdf.repaired,
-        notes=(
-            *urdf.notes, *foot_notes, *posture_notes, *_unused(file, feet),
-            *filter(None, [layout.caution]),
-        ),
+        notes=(*urdf.notes, *foot_notes, *posture_notes, *_further_notes(urdf, feet)),
         options=_given(options),
         urdf=file.text, digest=digest(file.text), held=_held(joints, angles, legs),
         doubts=urdf.doubts, caution=layout.caution,
@@ -366,7 +355,7 @@ def _given(options: LoadOptions) -> dict[str, Any]:
     """Return the options that differ from the defaults, with folders by their absolute paths."""
     given = options.given()
     if options.package_path:
-        given["package_path"] = [_absolute(folder) for folder in options.package_path]
+        given["package_path"] = [absolute(folder) for folder in options.package_path]
     return given
 
 
@@ -377,65 +366,22 @@ def _held(joints: Sequence[Joint], angles: Array, legs: Sequence[Leg]) -> Mappin
     return MappingProxyType({name: x for name, x in places if legs and name not in walking})
 
 
-@checked
-def urdf_path(name: str) -> Path:
-    """Return the path of a packaged robot's URDF: "kharagpur" or "athena".
-
-    Raises:
-        UnknownNameError: no packaged robot of that name.
-        UrdfError: the file is in neither place it may be in: the package or the checkout.
-    """
-    if name not in PACKAGED:
-        raise UnknownNameError("packaged robot", name, list(PACKAGED))
-    package = Path(__file__).resolve().parents[1]
-    places = [folder / "urdf" / f"{name}.urdf" for folder in (package, package.parent)]
-    for place in places:
-        if place.is_file():
-            return place
-    raise UrdfError(name, [f"neither {places[0]} nor {places[1]} exists; reinstall the package"])
-
-
-def _absolute(path: str | Path) -> str:
-    """Return what means the same file in a process that works in another folder."""
-    return str(user_path(path).absolute())
-
-
-def robot_path(source: str | Path) -> Path:
-    """Return the file meant by a path, or by the name of a robot of an installed package.
-
-    Raises:
-        UnknownNameError: a bare name that is no file, and that no robot has.
-        UserCodeError: the package that has the robot cannot be loaded.
-    """
-    path = user_path(source)
-    name_only = isinstance(source, str) and path.name == source and not path.suffix
-    if name_only and not os.path.exists(path):
-        found = plugin_result(ROBOTS, str(source), (str, Path))
-        if found is not None:
-            return Path(found)
-        known = [*PACKAGED, *plugin_names(ROBOTS), "or the path of a URDF"]
-        raise UnknownNameError("robot", str(source), known)
-    return path
-
-
-def _by_name(kind: str, name: str, items: Mapping[str, Item]) -> Item:
+def _by_name(kind: str, name: str, items: Mapping[str, Value]) -> Value:
     """Return an item by name; UnknownNameError lists the known ones."""
     if name not in items:
         raise UnknownNameError(kind, name, list(items))
     return items[name]
 
 
-def _unused(file: UrdfFile, feet: Sequence[Foot]) -> list[str]:
-    """Return a note on collision shapes that do not touch the ground as feet."""
-    used = {foot.name for foot in feet}
-    shaped = [x.name for x in file.links if x.element.find("collision") is not None]
-    unused = [name for name in shaped if name not in used]
-    if not unused:
-        return []
-    return [
-        f"collision shapes of {len(unused)} links do not touch the ground: only feet do, and the "
-        "trunk in a scene with body contact"
-    ]
+def _further_notes(urdf: LoadedUrdf, feet: Sequence[Foot]) -> list[str]:
+    """Return notes on the given direction, and on shapes that do not touch the ground as feet."""
+    found = [urdf.layout.caution] if urdf.layout.caution else []
+    shaped = {x.name for x in urdf.file.links if x.element.find("collision") is not None}
+    unused = shaped - {foot.name for foot in feet}
+    if unused:
+        shapes = f"collision shapes of {len(unused)} links do not touch the ground"
+        found.append(f"{shapes}: only feet do, and the trunk in a scene with body contact")
+    return found
 
 
 # Values computed once for each robot and dropped with it.

@@ -19,7 +19,8 @@ from hexapod_pin.robot.recognition.recognise import recognise
 from hexapod_pin.robot.repair.find_all import check_urdf, find_all
 from hexapod_pin.robot.repair.finding import Finding, finding_lines, places_text
 from hexapod_pin.robot.repair.measures import LinkSolids, Measures
-from hexapod_pin.robot.robot import PACKAGED, Leg, Robot, robot_of, robot_path, urdf_path
+from hexapod_pin.robot.robot import Leg, Robot, robot_of
+from hexapod_pin.robot.robot_source import PACKAGED, robot_path, urdf_path
 
 
 @dataclass(frozen=True)

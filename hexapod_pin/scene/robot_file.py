@@ -11,7 +11,8 @@ from pydantic import ConfigDict
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.file_schema import FileData, Number, check_data
 from hexapod_pin.robot.loading.load_options import KeyedOptions, LoadOptions
-from hexapod_pin.robot.robot import PACKAGED, Robot, load_robot, urdf_path
+from hexapod_pin.robot.robot import Robot, load_robot
+from hexapod_pin.robot.robot_source import PACKAGED, urdf_path
 from hexapod_pin.user_file import user_path
 
 OPTIONS = ("feet", "foot_radius", "posture")

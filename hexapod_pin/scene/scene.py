@@ -14,7 +14,7 @@ from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import digest
 from hexapod_pin.drive.drive_law import has_dry_friction
 from hexapod_pin.drive.joint_stops import JointStops
-from hexapod_pin.drive.motor import TORQUE_BY_MASS, unit_meant
+from hexapod_pin.drive.motor import MOTORS_SHARE, most_torque, unit_meant
 from hexapod_pin.drive.servo import Servo
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.file_schema import check_data
@@ -45,12 +45,6 @@ if TYPE_CHECKING:
     from hexapod_pin.robot.state import State
 
 
-MOTORS_SHARE = 1.5
-"""Mass of all motors over that of the robot with its payload, at most [-] (*assumed*).
-
-Above 1 for files that leave the motors out. A motor weighs at least its torque over the largest of
-`TORQUE_BY_MASS`."""
-
 USUAL_TORQUE = 15.0
 """Stall torque of all motors over the robot's mass [N m/kg]: which unit was meant.
 
@@ -73,7 +67,7 @@ def _check_motors(scene: Scene) -> None:
     mass = robot.total_mass
     mass += math.fsum(load.mass for load in scene.loads if isinstance(load, Payload))
     count = sum(len(leg.joints) for leg in robot.legs)
-    most = TORQUE_BY_MASS[1] * MOTORS_SHARE * mass / count
+    most = most_torque(mass, count)
     for name, motor in zip(robot.joint_names, servo.motors(robot), strict=True):
         if motor is None or motor.no_load_speed > SERVO_SPEED or motor.stall_torque <= most:
             continue

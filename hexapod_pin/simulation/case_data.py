@@ -23,7 +23,7 @@ from hexapod_pin.errors import HexapodError, ParameterError
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.run_facts import left_out, recorded_groups
-from hexapod_pin.robot.robot import PACKAGED
+from hexapod_pin.robot.robot_source import PACKAGED
 from hexapod_pin.robot.state import State
 from hexapod_pin.scene.canonical_text import TEXTS, canonical_text, joined
 from hexapod_pin.scene.scene import Scene, scene_parts, scene_text

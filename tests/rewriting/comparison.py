@@ -14,7 +14,8 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.control.feasible_gait import feasible_gait
 from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.robot.leg_bodies import leg_bodies
-from hexapod_pin.robot.robot import load_robot, urdf_path
+from hexapod_pin.robot.robot import load_robot
+from hexapod_pin.robot.robot_source import urdf_path
 from hexapod_pin.scene.scene import Scene
 from hexapod_pin.simulation.case import simulate
 from rewriting.conventions import ConventionSet

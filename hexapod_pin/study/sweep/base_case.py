@@ -26,7 +26,8 @@ from hexapod_pin.errors import GaitError, HexapodError, ParameterError, UnknownN
 from hexapod_pin.ground.contact import Contact
 from hexapod_pin.ground.contact.contact import preset_names
 from hexapod_pin.robot.loading.load_options import LoadOptions
-from hexapod_pin.robot.robot import PACKAGED, Robot
+from hexapod_pin.robot.robot import Robot
+from hexapod_pin.robot.robot_source import PACKAGED
 from hexapod_pin.scene.robot_file import read_robot
 from hexapod_pin.scene.scene import Scene
 from hexapod_pin.simulation.case import Case, load_case

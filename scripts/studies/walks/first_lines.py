@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from hexapod_pin.robot.robot import urdf_path
+from hexapod_pin.robot.robot_source import urdf_path
 from hexapod_pin.text_table import Table
 from studies.study import StudyReport, verdict
 

@@ -18,7 +18,8 @@ from hexapod_pin.control.feasible_gait import default_gait, fit_gait
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.interchange.mjcf import write_mjcf
-from hexapod_pin.robot.robot import PACKAGED, Robot, load_robot
+from hexapod_pin.robot.robot import Robot, load_robot
+from hexapod_pin.robot.robot_source import PACKAGED
 from hexapod_pin.scene.scene import Scene, loaded_model
 from hexapod_pin.text_table import Table
 from studies.study import StudyReport, verdict
