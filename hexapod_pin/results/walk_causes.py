@@ -82,7 +82,7 @@ def limits_are_of_no_motor(trace: Trace) -> bool:
     would weigh more than `MOTORS_SHARE` of the robot, or are faster than any motor.
     """
     scene, joints = trace.run.scene, len(trace.joint_names)
-    if not joints or trace.run.prescribed or (scene is not None and scene.servos.motor is not None):
+    if not joints or trace.run.prescribed or (scene is not None and scene.servo.motor is not None):
         return False
     most = most_torque(trace.run.robot.mass, joints)
     torque = float(np.median(trace.run.robot.effort(joints)))

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -149,17 +150,19 @@ PUBLIC = [
 """Sixteen public robots as they were downloaded."""
 
 
-def first_lines(folder: Path = Path("urdfs"), most: int = 0) -> StudyReport:
+def first_lines(folder: Path = Path("urdfs"), most: int = 0, threads: int = 1) -> StudyReport:
     """Walk forty robots by the command line; the public ones are files of a folder.
 
     Args:
         folder: of the public robots' files, which are not part of this repository.
         most: situations to try; 0: all. The first 24 need no folder.
+        threads: situations at a time.
     """
     rows, good = [], 0
-    with tempfile.TemporaryDirectory() as place:
-        for situation in [*PACKAGED, *PUBLIC][: most or None]:
-            line, status = said(situation, folder, Path(place))
+    tried = [*PACKAGED, *PUBLIC][: most or None]
+    with ThreadPoolExecutor(threads) as pool:
+        answers = pool.map(lambda situation: said(situation, folder), tried)
+        for situation, (line, status) in zip(tried, answers, strict=True):
             right = bool(re.search(situation.named, line)) and status == situation.status
             good += right
             where = situation.file or "kharagpur"
@@ -182,8 +185,13 @@ WIDEST = 160
 """Characters of a first line in the page."""
 
 
-def said(situation: Situation, folder: Path, place: Path) -> tuple[str, int]:
+def said(situation: Situation, folder: Path) -> tuple[str, int]:
     """Return the first paragraph that the command prints, in one line, and its exit status."""
+    with tempfile.TemporaryDirectory() as place:
+        return _said(situation, folder, Path(place))
+
+
+def _said(situation: Situation, folder: Path, place: Path) -> tuple[str, int]:
     path = urdf_path("kharagpur")
     if situation.file:
         path = folder / f"{situation.file}.urdf"
@@ -199,7 +207,7 @@ def said(situation: Situation, folder: Path, place: Path) -> tuple[str, int]:
         "--out", str(place / "walk.nc"), *situation.options.split(),
     ]  # fmt: skip
     done = subprocess.run(
-        command, capture_output=True, text=True, timeout=600, cwd=place, check=False
+        command, capture_output=True, text=True, timeout=1800, cwd=place, check=False
     )
     lines = done.stdout.splitlines() or done.stderr.splitlines() or [""]
     end = next((k for k, line in enumerate(lines) if line.startswith(ENDS)), len(lines))
