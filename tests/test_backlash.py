@@ -15,7 +15,10 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import hexapod_pin as hp
+from hexapod_pin.commands.loading_options import load_options
 from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.results.joint_budget import kind_rows, summary_rows
+from hexapod_pin.robot.leg_bodies import leg_bodies
 from hexapod_pin.robot.loading.load_options import LoadOptions
 from tests.vehicles import heavy_leg
 
@@ -172,12 +175,24 @@ def test_robot_with_backlash() -> None:
     servo = hp.Servo(kp=60.0, kd=1.2, motor=hp.drive.identified_drive("MX-64").motor(12.0))
     kp, _ = servo.gains(robot)
     assert [x for x, k in zip(robot.joint_names, kp, strict=True) if k == 0.0] == [*robot.gaps]
+    by_kind = hp.Servo(kp={"coxa": 60.0, "femur": 60.0, "tibia": 60.0}, kd=1.2, motor=servo.motor)
+    np.testing.assert_array_equal(by_kind.gains(robot)[0], kp)
+    assert (
+        leg_bodies(robot).pairs == leg_bodies(plain).pairs
+    )  # a first link still sits on the trunk
+    assert not leg_bodies(robot).excluded
     scene = hp.Scene(robot, servo=servo, stops=hp.JointStops(stiffness=600.0, dissipation=0.3))
     assert hp.Scene.from_toml(scene.to_toml()) == scene
     control = hp.KinematicControl(hp.Gait.tripod(stroke=0.06))
     trace = hp.simulate(scene, control, duration=0.05, method="implicit-euler", step=5e-4)
     gaps = [7 + robot.joint_index(name) for name in robot.gaps]
     assert 0.0049 < np.abs(trace.q[:, gaps]).max() < 0.015  # the weight lies on edges
+    kinds = trace.run.robot.joint_kinds
+    assert kinds is not None
+    assert [kinds[g - 7] for g in gaps] == ["gap"] * 18
+    assert [row.kind for row in kind_rows(summary_rows(trace.gathered))] == [
+        "coxa", "femur", "tibia"
+    ]  # fmt: skip
     still = hp.Scene(robot, prescribed=True)
     exact = hp.simulate(still, control, duration=0.02, accuracy=1e-3, estimate=False)
     assert np.abs(exact.q[:, gaps]).max() < 1e-12
@@ -186,6 +201,10 @@ def test_robot_with_backlash() -> None:
     with refused(ParameterError, "JointStops.gap_stiffness"):
         free = hp.Scene(robot, servo=servo, stops=hp.JointStops(stiffness=0.0))
         hp.simulate(free, control, duration=0.05)
+    assert load_options(backlash="0.5").backlash == pytest.approx(math.radians(0.5))
+    assert load_options(backlash="lf_coxa_joint=1").backlash == {"lf_coxa_joint": math.radians(1.0)}
+    with refused(ParameterError, "--backlash", "much"):
+        load_options(backlash="much")
     with refused(UnknownNameError):
         hp.load_robot("kharagpur", options=LoadOptions(backlash={"nose": 0.01}))
     with refused(ParameterError, "LoadOptions.backlash[lf_coxa_joint]", 0.6):

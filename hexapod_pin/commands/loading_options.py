@@ -112,11 +112,21 @@ class RepairedLoading(Loading):
     velocity: Velocity = None
 
 
+Backlash = Annotated[
+    OptionalText,
+    typer.Option(
+        help="Free play of the gears from edge to edge: 'DEGREES' for all joints that walk, or "
+        "'JOINT=DEGREES,...'; needs a motor whose rotor is known (--motor)."
+    ),
+]
+
+
 @dataclass(frozen=True)
 class WalkLoading(RepairedLoading):
-    """The same where a posture may be searched, too."""
+    """The same where a posture may be searched, too, and gears may have play."""
 
     posture: WalkPosture = None
+    backlash: Backlash = None
 
 
 def load_options(
@@ -129,6 +139,7 @@ def load_options(
     xacro_arg: Sequence[str] | None = None,
     effort: str | None = None,
     velocity: str | None = None,
+    backlash: str | None = None,
     repair: bool = False,
     **numbers: Any,
 ) -> LoadOptions:
@@ -152,6 +163,7 @@ def load_options(
         "legs": None if legs is None else leg_joints(legs),
         "posture": None if posture is None else angles("--posture", posture),
         "held": None if held is None else angles("--held", held),
+        "backlash": None if backlash is None else free_play(backlash),
         "package_path": [str(user_path(folder).absolute()) for folder in package_path or ()],
         "xacro_args": dict(pair("--xacro-arg", text) for text in xacro_arg or ()),
         **numbers,
@@ -186,6 +198,23 @@ def angles(option: str, text: str) -> dict[str, float]:
             found[name] = math.nan
         if not math.isfinite(found[name]):
             raise ParameterError(option, part.strip(), "JOINT=DEGREES, separated by commas")
+    return found
+
+
+def free_play(text: str) -> float | dict[str, float]:
+    """Return the backlash [rad] of DEGREES or of JOINT=DEGREES,JOINT=DEGREES.
+
+    Raises:
+        ParameterError: another form, or an angle that is no finite number.
+    """
+    if "=" in text:
+        return angles("--backlash", text)
+    try:
+        found = math.radians(float(text))
+    except ValueError:
+        found = math.nan
+    if not math.isfinite(found):
+        raise ParameterError("--backlash", text, "DEGREES, or JOINT=DEGREES,...")
     return found
 
 

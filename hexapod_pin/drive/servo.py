@@ -37,6 +37,9 @@ JOINT_KINDS = ("coxa", "femur", "tibia")
 HELD, SLIDE = "held", "slide"
 """Kinds of joints that no leg walks with: those that turn, and those that slide."""
 
+GAP = "gap"
+"""Kind of the free play of a gear with backlash: a joint without a drive."""
+
 Value = TypeVar("Value")
 
 
@@ -45,7 +48,8 @@ def joint_kinds(robot: Robot) -> dict[str, str]:
     pairs = (zip(leg.joints, JOINT_KINDS, strict=False) for leg in robot.legs)
     kinds = {joint: kind for leg in pairs for joint, kind in leg}
     turning = dict(zip(robot.joint_names, robot.turning.tolist(), strict=True))
-    return kinds | {name: HELD if turning[name] else SLIDE for name in robot.held}
+    held = {name: HELD if turning[name] else SLIDE for name in robot.held}
+    return kinds | held | dict.fromkeys(robot.gaps, GAP)
 
 
 def values_by_joint(robot: Robot, what: str, given: Mapping[str, Value]) -> dict[str, Value]:
@@ -55,7 +59,7 @@ def values_by_joint(robot: Robot, what: str, given: Mapping[str, Value]) -> dict
         ParameterError: a key that is neither a joint nor a kind of joint of this robot.
     """
     kinds = joint_kinds(robot)
-    known = {*robot.joint_names, *kinds.values(), *((HELD, SLIDE) if robot.legs else ())}
+    known = {*robot.joint_names, *kinds.values(), *((HELD, SLIDE) if robot.legs else ())} - {GAP}
     for key in given:
         if key not in known:
             allowed = f"a joint of {robot.name} or one of {', '.join(_kinds_text(kinds))}"
@@ -66,20 +70,20 @@ def values_by_joint(robot: Robot, what: str, given: Mapping[str, Value]) -> dict
 
 def _kinds_text(kinds: Mapping[str, str]) -> tuple[str, ...]:
     """Return the kinds of a robot's joints; those of three-joint legs where it has no legs."""
-    return tuple(dict.fromkeys(kinds.values())) or JOINT_KINDS
+    return tuple(kind for kind in dict.fromkeys(kinds.values()) if kind != GAP) or JOINT_KINDS
 
 
 def numbers_by_joint(
     robot: Robot, what: str, given: float | Mapping[str, float] | Sequence[float]
 ) -> Array:
-    """Return one number per joint (n,) in the robot's order.
+    """Return one number per joint (n,) in the robot's order; of gaps that are given none 0.
 
     Raises:
         ParameterError: a wrong count, an unknown key, or a joint that is given no number.
     """
     names = robot.joint_names
     if isinstance(given, Mapping):
-        found = values_by_joint(robot, what, given)
+        found = dict.fromkeys(robot.gaps, 0.0) | values_by_joint(robot, what, given)
         for name in names:
             if name not in found:
                 kinds = ", ".join(_kinds_text(joint_kinds(robot)))

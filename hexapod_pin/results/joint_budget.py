@@ -17,6 +17,7 @@ from hexapod_pin.text_table import Cell, Table
 
 KINDS = ("coxa", "femur", "tibia")
 OTHER_KINDS = ("joint", "held", "slide")
+GAP = "gap"  # of free play: it has no drive, and no row among the kinds
 """Of joints of no leg: unknown, held, and held ones that slide (N, m/s for N m, rad/s)."""
 
 LIMITED_TORQUE_SHARE = 0.999  # share of the effort limit from which a torque counts as limited

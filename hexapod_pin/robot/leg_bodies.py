@@ -157,12 +157,14 @@ def _leg_shapes(robot: Robot, leg: Leg, notes: dict[str, list[str]]) -> list[_Bo
     file, foot, bodies = urdf_of(robot), robot.foot(leg.foot), []
     chain = _own_joints(robot, leg)
     spans = _spans(robot, [joint.name for joint in chain], foot)
-    for place, joint in enumerate(chain):
+    rotors = set(robot.gaps.values())  # before a gear's play: the link is behind the next joint
+    for k, joint in enumerate(chain):
+        place = sum(before.name not in rotors for before in chain[:k])
         links = [name for name in file.rigid_group(joint.child) if name != foot.name]
         shapes, _ = link_shapes(robot, links, "collision", meshes=False)
         if shapes:
             bodies += [_Body(leg.name, place, x.link, _primitive(x)) for x in shapes]
-        elif capsule := _capsule(robot, joint, links, spans[place], notes):
+        elif capsule := _capsule(robot, joint, links, spans[k], notes):
             bodies.append(_Body(leg.name, place, joint.child, capsule))
     if foot.radius > 0.0:
         centre = pin.SE3(np.eye(3), np.array(foot.offset))

@@ -36,8 +36,8 @@ from hexapod_pin.text_table import Cell, Table, indented, labelled
 HOUR = 3600.0
 """Time over which temperatures are followed [s]."""
 
-NO_MOTOR = ("slide",)
-"""Kinds of joints that no motor of a catalogue drives: they need a force."""
+NO_MOTOR = ("slide", "gap")
+"""Kinds of joints that no motor of a catalogue drives: they need a force, or are free play."""
 
 
 @dataclass(frozen=True)

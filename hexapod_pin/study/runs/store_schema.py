@@ -13,7 +13,7 @@ from pydantic import AfterValidator, Field
 
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.file_schema import FileData, Name, Number, check_data, per
-from hexapod_pin.results.joint_budget import KINDS, OTHER_KINDS
+from hexapod_pin.results.joint_budget import GAP, KINDS, OTHER_KINDS
 from hexapod_pin.results.schema import Quantity
 from hexapod_pin.study.runs.outcome import PATH_COLUMNS, Outcome, shape_of, sizes_of
 from hexapod_pin.study.runs.store_file import DONE, FAILED
@@ -130,8 +130,8 @@ def checked_labels(text: Any) -> dict[str, Any]:
         raise ParameterError("labels", text, "of joints and feet")
     check_data(LabelsText, "labels", text, joint=len(text.get("joints", ())))
     for kind in text["kinds"]:
-        if kind not in (*KINDS, *OTHER_KINDS):
-            raise ParameterError("labels.kinds", kind, f"one of {(*KINDS, *OTHER_KINDS)}")
+        if kind not in (known := (*KINDS, *OTHER_KINDS, GAP)):
+            raise ParameterError("labels.kinds", kind, f"one of {known}")
     return text
 
 
