@@ -326,12 +326,15 @@ def lightest_choice(
     """
     voltages = sorted({record.voltage for record in records})
     found = []
-    for voltage in voltages:
+    bare = evaluation.demands(None)
+    for number, voltage in enumerate(voltages, start=1):
         search = LightestChoice(evaluation, [r for r in records if r.voltage == voltage])
-        search.run(kinds)
+        search.run(kinds, bare)
         found.append(search)
         if evaluation.run.interrupted:
             break
+        if evaluation.run.progress is not None:
+            evaluation.run.progress(number / len(voltages))
     best = min(found, key=lambda s: (s.choice is None, _mass(s), len(s.missing), -len(s.steps)))
     if len(voltages) == 1:
         return best, ()
@@ -375,9 +378,14 @@ class LightestChoice:
     missing: tuple[str, ...] = ()
     _dropped: set[tuple[str, str]] = field(default_factory=set)
 
-    def run(self, kinds: Sequence[str]) -> None:
-        """Search; after Ctrl-C the last choice stays."""
-        wanted = self._lightest(kinds, self.evaluation.demands(None))
+    def run(self, kinds: Sequence[str], bare: Mapping[str, JointDemand]) -> None:
+        """Search; after Ctrl-C the last choice stays.
+
+        Args:
+            kinds: of joint, each of which gets a motor.
+            bare: what each walk requires of the robot as in its file.
+        """
+        wanted = self._lightest(kinds, bare)
         tried: dict[tuple[str, ...], MotorCandidate] = {}
         while wanted is not None:
             key = tuple(record.name for record in wanted.values())
