@@ -36,8 +36,9 @@ SURFACE: Mapping[str, str] = {
         Groove Ledge Patch PatchedGround Ramp ShakingGround study_grounds
     """,
     "motion": """
-        ArcWalk BodyMotion Havsin Hermite JointMotion least_torque_posture paper_motion Periodic
-        posture_cost SampledTrajectory Sine Step Step5 Sum VelocityCommand VelocityStep Waypoints
+        ArcWalk BodyMotion default_gait fit_gait Havsin Hermite JointMotion least_torque_posture
+        paper_motion Periodic posture_cost SampledTrajectory Sine Step Step5 Sum VelocityCommand
+        VelocityStep Waypoints
     """,
     "sensors": """
         Sensor Sensors

@@ -145,7 +145,7 @@ def fit_gait(
 
     Args:
         robot: the robot that must be able to walk it.
-        name: one of `control.gait.GAITS`.
+        name: "tripod", "ripple", "tetrapod" or "wave", as the number of legs allows.
         stroke: [m]; None: fitted.
         cycle_time: [s]; None: fitted.
         lift: [m]; None: fitted.
@@ -157,6 +157,10 @@ def fit_gait(
         UnknownNameError: there is no such gait for the robot's number of legs.
         GaitError: the robot cannot walk it, whatever the numbers that were not given.
         ParameterError: a value is out of range, or a speed beside both stroke and cycle time.
+
+    Example:
+        >>> robot = hp.load_robot("athena")
+        >>> gait = hp.motion.fit_gait(robot, hp.motion.default_gait(robot)).gait
     """
     scale = gait_scale(robot)
     if speed is not None and not speed > 0.0:

@@ -1,4 +1,4 @@
-"""Motions: functions of time for joints and trunk, arcs, velocity commands, postures, plans."""
+"""Motions: functions of time, arcs, velocity commands, fitted gaits, postures, plans."""
 
 from hexapod_pin.control.arc_walk import ArcWalk, paper_motion
 from hexapod_pin.control.body_motion import BodyMotion
@@ -12,6 +12,7 @@ from hexapod_pin.control.curves import (
     VelocityStep,
     Waypoints,
 )
+from hexapod_pin.control.feasible_gait import default_gait, fit_gait
 from hexapod_pin.control.joint_motion import JointMotion
 from hexapod_pin.control.posture import least_torque_posture, posture_cost
 from hexapod_pin.control.sampled_trajectory import SampledTrajectory
@@ -36,6 +37,8 @@ __all__ = [
     "VelocityStep",
     "WalkPlan",
     "Waypoints",
+    "default_gait",
+    "fit_gait",
     "least_torque_posture",
     "longest_stroke_posture",
     "paper_motion",
