@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import io
 import os
+import re
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+import numpy.typing as npt
+
+from hexapod_pin.arrays import Array
 from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import MissingPackageError, ParameterError
 from hexapod_pin.foreign_text import visible
@@ -101,10 +106,74 @@ def save_figure(figure: Figure, path: str | Path, ending: str) -> Path:
 def write_svg(figure: Figure, path: Path) -> Path:
     """Write a figure as SVG without a date, wholly or not at all, and return its path.
 
+    Its coordinates are rounded and its lines thinned: see `compact_svg`.
+
     Raises:
         TraceFileError: the file cannot be written.
     """
-    return write_atomically(path, figure_bytes(figure, "svg", metadata={"Date": None}))
+    plain = figure_bytes(figure, "svg", metadata={"Date": None}).decode("utf-8")
+    return write_atomically(path, compact_svg(plain).encode("utf-8"))
+
+
+SVG_DIGITS = 2
+"""Decimals of coordinates in an SVG [units of 1/72 in]."""
+
+SVG_THINNING = 0.1
+"""Distance from the drawn line within which a point of it is left out [units of 1/72 in]."""
+
+_PLACES = re.compile(r' (?:x|y|d)="[^"]*"|translate\([^)]*\)')
+_NUMBER = re.compile(r"-?\d+\.\d+(?:e-?\d+)?")
+
+
+def compact_svg(text: str) -> str:
+    """Return an SVG of matplotlib with rounded coordinates, each path in one line, lines thinned.
+
+    Open lines of straight pieces lose the points that lie within `SVG_THINNING` of what remains
+    (Douglas & Peucker 1973). Scales, sizes, styles and texts stay as they are.
+    """
+
+    def rounded(number: re.Match[str]) -> str:
+        return f"{round(float(number[0]), SVG_DIGITS) + 0.0:g}"
+
+    def place(found: re.Match[str]) -> str:
+        whole = found[0]
+        if whole.startswith(' d="'):
+            pieces = re.findall(r"M[^M]*", " ".join(whole[4:-1].split()))
+            whole = f' d="{" ".join(_thinned(piece.strip()) for piece in pieces)}"'
+        return _NUMBER.sub(rounded, whole)
+
+    return _PLACES.sub(place, text)
+
+
+def _thinned(piece: str) -> str:
+    """Return a piece of a path, `M x y L x y ...`, without needless points; others as they are."""
+    commands = re.findall(r"[A-Za-z]", piece)
+    if len(commands) < 3 or set(commands[1:]) != {"L"}:
+        return piece
+    words = re.sub(r"[ML]", " ", piece).split()
+    points = np.array([float(word) for word in words]).reshape(-1, 2).round(SVG_DIGITS)
+    return "M " + " L ".join(f"{x:g} {y:g}" for x, y in points[_needed(points)] + 0.0)
+
+
+def _needed(points: Array) -> npt.NDArray[np.bool_]:
+    """Return which points (N,) keep a line within `SVG_THINNING` of all points (N, 2)."""
+    needed = np.zeros(len(points), dtype=bool)
+    needed[[0, -1]] = True
+    spans = [(0, len(points) - 1)]
+    while spans:
+        first, last = spans.pop()
+        if last - first < 2:
+            continue
+        start, along = points[first], points[last] - points[first]
+        away = points[first + 1 : last] - start
+        share = np.clip(away @ along / (along @ along or 1.0), 0.0, 1.0)
+        distance = np.linalg.norm(away - share[:, None] * along, axis=1)
+        worst = int(np.argmax(distance))
+        if distance[worst] > SVG_THINNING:
+            middle = first + 1 + worst
+            needed[middle] = True
+            spans += [(first, middle), (middle, last)]
+    return needed
 
 
 def figure_bytes(figure: Figure, ending: str, **options: Any) -> bytes:
