@@ -156,7 +156,7 @@ def test_every_number_of_the_table_stands_at_its_instant(page: Any, trace: Trace
         if "joint" in row:
             assert state["joint"] == row["joint"]
         assert row["what"] in shown["card"] and f"{row['time']:.4f} s" in shown["card"]
-        if row["key"].endswith("torque"):
+        if row["key"].endswith("torque") and "during" not in row:
             j = row["joint"]
             assert row["value"] == pytest.approx(abs(summary.torque_peak[j]))
             assert row["time"] == values["sampleTime"] == summary.torque_peak_time[j]
@@ -175,12 +175,39 @@ def test_every_number_of_the_table_stands_at_its_instant(page: Any, trace: Trace
             beside += between
             # half of the resolutions; between samples what 1 ms may change of forces and speeds
             least = 0.1 * abs(row["value"]) if between else 5e-5 + 2e-3 * abs(row["value"])
-            size = abs if row["unit"] in ("rad/s", "rad") else float
+            size = abs if row["unit"] in ("rad/s", "rad", "N m") else float
             assert size(values["row"]["shown"]) == pytest.approx(size(row["value"]), abs=least)
     assert beside  # else the test shows nothing
     margins = hp.stability(trace)
     [margin] = [row for row in rows if row["key"] == "margin"]
     assert (margin["value"], margin["time"]) == pytest.approx(margins.least("static_margin"))
+
+
+def test_what_a_push_and_a_lost_leg_did_stands_at_its_instant(page: Any, trace: Trace) -> None:
+    """The largest torque, the least margin and the lowest trunk while each acts, of the trace.
+
+    The push of 8.0 to 8.2 s counts for a cycle more at least, thus to the end; the leg from 9.5 s.
+    """
+    rows = {row["key"]: (k, row) for k, row in enumerate(page.evaluate("playback.worst"))}
+    margin = hp.stability(trace, whole=True).static_margin
+    for name, start in (("push", 8.0), ("rf lost", 9.5)):
+        inside = np.flatnonzero(trace.time >= start - 1e-9)
+        sizes = np.abs(trace.torque[inside])
+        at, joint = np.unravel_index(int(np.argmax(sizes)), sizes.shape)
+        low, least = (inside[np.argmin(v[inside])] for v in (trace.q[:, 2], margin))
+        expected = {"torque": (sizes.max(), inside[at]), "margin": (margin[least], least),
+                    "height": (trace.q[low, 2], low)}  # fmt: skip
+        for key, (value, sample) in expected.items():
+            k, row = rows[f"{name} {key}"]
+            assert row["during"] == pytest.approx([start, trace.time[-1]])
+            assert row["value"] == pytest.approx(value, rel=1e-12)
+            page.locator("#worst button").nth(k).click()
+            settled(page)
+            shown = page.evaluate("playback.values()")
+            assert shown["time"] == row["time"] == trace.time[sample] and shown["sample"] == sample
+            assert shown["row"]["shown"] == pytest.approx(value, abs=5.1e-4)  # half a resolution
+        assert rows[f"{name} torque"][1]["joint"] == joint
+    assert rows["push torque"][1]["value"] == pytest.approx(hp.walk_verdict(trace).push.torque)
 
 
 def test_the_robot_stands_in_the_state_kept_of_a_peak(page: Any, trace: Trace) -> None:

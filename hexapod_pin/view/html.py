@@ -142,8 +142,10 @@ def _built(
     notes = [f"mesh not drawn: {note}" for note in missing]
     if missing:
         notes.append("for meshes give --package-path FOLDER (package_path= in Python)")
+    early = 1 + max(run["channels"]["angle"] for run in drawn)
     data = {
-        "runs": drawn, "table": block.table, **settings, "date": date.today().isoformat(),
+        "runs": drawn, "table": block.table, "early": block.size(early), **settings,
+        "date": date.today().isoformat(),
         "notes": notes + ([store.note] if store.note else []),
     }  # fmt: skip
     plain = json.dumps(without_non_finite(data), separators=(",", ":"), allow_nan=False).encode()

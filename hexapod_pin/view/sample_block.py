@@ -68,6 +68,10 @@ class SampleBlock:
         self.table.append(entry if missing is None else {**entry, "missing": int(missing)})
         return len(self.table) - 1
 
+    def size(self, count: int) -> int:
+        """Return the bytes of the first `count` arrays, not yet deflated."""
+        return sum(len(part) for part in self._parts[:count])
+
     @property
     def content(self) -> bytes:
         """All arrays, not yet deflated."""

@@ -15,6 +15,8 @@ from hexapod_pin.results.joint_budget import joint_kinds
 from hexapod_pin.results.stability import stability
 from hexapod_pin.results.torque_budget import TorqueBudget, torque_budget
 from hexapod_pin.results.trace import Trace
+from hexapod_pin.results.travelled_path import find_push_effect
+from hexapod_pin.scene.loads import LostLeg, Push
 from hexapod_pin.view.torque_limits import Limits
 
 Indices = npt.NDArray[np.intp]
@@ -27,7 +29,8 @@ def worst_instants(
     """Return what was largest when: of each kind of joint, feet, stability and trunk.
 
     Peaks of torque, speed, power and force are those of the budget, at integration steps, which
-    may lie between samples; the others are of samples. All are of the window, else of the run.
+    may lie between samples; the others are of samples. All are of the window, else of the run; at
+    the end follow those of pushes and lost legs, of samples, while these last (`during`).
 
     Each has `key`, `what`, `value`, `unit`, `time` [s], and where they apply `error` (None where it
     is not known), `joint`, `foot`, `use` [-], and `state`: that kept of a torque's peak, by the
@@ -53,7 +56,49 @@ def worst_instants(
     for key, values in (("roll", roll), ("pitch", pitch)):
         k = _arg(np.abs(values), inside)
         found.append(_row(key, f"trunk {key}", values[k], "rad", trace.time[k]))
+    for name, during in disturbances(trace):
+        found += _disturbance_rows(trace, name, during, margin if feet else None)
     return [row for row in found if math.isfinite(row["time"])]
+
+
+def disturbances(trace: Trace) -> list[tuple[str, tuple[float, float]]]:
+    """Return what disturbed a run, in a word, and from when until when that counts [s].
+
+    Pushes count, as in the verdict, until the robot walks on as before, and until a cycle after the
+    last of them; a lost leg counts to the end of the run.
+    """
+    loads = () if trace.run.scene is None else trace.run.scene.loads
+    end, found = float(trace.time[-1]), []
+    effect, ends = find_push_effect(trace), [load.end for load in loads if isinstance(load, Push)]
+    if effect is not None:
+        settled = end if effect.after is None else effect.start + effect.after
+        quiet = max(ends) + (trace.run.walk.cycle_time or math.inf)
+        found.append(("push", (effect.start, min(end, max(settled, quiet)))))
+    lost = {load.leg: load.start for load in loads if isinstance(load, LostLeg)}
+    found += [(f"{leg} lost", (start, end)) for leg, start in lost.items() if start < end]
+    return found
+
+
+def _disturbance_rows(
+    trace: Trace, name: str, during: tuple[float, float], margin: Array | None
+) -> list[dict[str, Any]]:
+    """Return the largest torque, the least margin and the lowest trunk while something acts."""
+    inside = (trace.time >= during[0]) & (trace.time <= during[1])
+    if not inside.any():
+        return []
+    found, more = [], {"during": list(during)}
+    if "torque" in trace.recorded and trace.joint_names:
+        sizes = np.abs(trace.torque)
+        k, joint = _largest(sizes, np.arange(len(trace.joint_names)), inside)
+        found.append(_row(f"{name} torque", f"{name}: torque", sizes[k, joint], "N m",
+                          trace.time[k], joint=joint, **more))  # fmt: skip
+    lowest = [("margin", "least margin", margin), ("height", "lowest trunk", trace.q[:, 2])]
+    for key, what, values in lowest:
+        if values is not None:
+            k = _arg(values, inside, least=True)
+            found.append(_row(f"{name} {key}", f"{name}: {what}", values[k], "m", trace.time[k],
+                              **more))  # fmt: skip
+    return found
 
 
 def _row(

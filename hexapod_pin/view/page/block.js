@@ -1,4 +1,5 @@
 // The page's data: inflated, and samples unpacked into typed arrays that scene and plots share.
+// Samples are inflated in two parts: what the first picture needs, and behind it all others.
 
 const $ = (id) => document.getElementById(id);
 
@@ -6,17 +7,42 @@ if (typeof DecompressionStream === "undefined") {
   throw new Error("the browser is too old: it cannot inflate data (Chrome 103, Firefox 113 or Safari 16.4 can)");
 }
 
-async function inflated(id) {
-  const text = atob($(id).textContent), packed = new Uint8Array(text.length);
+function bytesOf(id) {
+  const {textContent} = $(id);
+  if (Uint8Array.fromBase64) return Uint8Array.fromBase64(textContent);
+  const text = atob(textContent), packed = new Uint8Array(text.length);
   for (let k = 0; k < text.length; k++) packed[k] = text.charCodeAt(k);
-  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
-  return new Uint8Array(await new Response(stream).arrayBuffer());
+  return packed;
 }
 
+// A stream that inflates no more than what is read from it, a piece of so many bytes at a time.
+function inflating(id, piece = Infinity) {
+  const packed = bytesOf(id);
+  let at = 0;
+  const source = new ReadableStream({pull(stream) {
+    if (at < packed.length) stream.enqueue(packed.subarray(at, at += piece)); else stream.close();
+  }}, {highWaterMark: 0});
+  return source.pipeThrough(new DecompressionStream("deflate-raw"));
+}
+
+const inflated = async (id) => new Uint8Array(await new Response(inflating(id)).arrayBuffer());
+
 const began = performance.now();
-const [viewerCode, plainData, packedSamples] =
-  await Promise.all(["viewer", "data", "block"].map(inflated));
+const [viewerCode, plainData] = await Promise.all(["viewer", "data"].map(inflated));
 const D = JSON.parse(new TextDecoder().decode(plainData));
+
+const samples = {bytes: new Uint8Array(D.table.reduce((sum, {n, columns, wide}) => sum + n * columns * wide, 0)),
+  reader: inflating("block", 16384).getReader(), filled: 0};
+// Inflate the first so many bytes of the samples.
+async function fill(until) {
+  while (samples.filled < until) {
+    const {value, done} = await samples.reader.read();
+    if (done) throw new Error("its samples are cut off");
+    samples.bytes.set(value, samples.filled);
+    samples.filled += value.length;
+  }
+}
+await fill(D.early);
 const inflatedAt = performance.now();
 
 // Rows of numbers, each made when it is first read.
@@ -57,8 +83,7 @@ function unpackedArrays(bytes, table) {
   });
 }
 
-const arrays = unpackedArrays(packedSamples, D.table);
-const unpackedAt = performance.now();
+const arrays = unpackedArrays(samples.bytes, D.table);
 
 {
   const element = document.createElement("script");

@@ -4,13 +4,15 @@ const THREE = MeshCat.THREE;
 const view = $("view"), viewSize = {x: 1, y: 1}, viewer = new MeshCat.Viewer(view, false);
 viewer.gui.domElement.style.display = "none";
 viewer.set_dirty = () => { dirty = true; };
+// The canvas follows its element; it is made anew only where the size is another.
 viewer.set_3d_pane_size = () => {
   const width = view.clientWidth, height = view.clientHeight;
-  if (!width || !height) return;
+  if (!width || !height || (viewSize.x === width && viewSize.y === height && viewSize.ratio === devicePixelRatio)) return;
   Object.assign(viewer.camera, {aspect: width / height, fov: 40});
   viewer.camera.updateProjectionMatrix();
+  viewer.renderer.setPixelRatio(devicePixelRatio);
   viewer.renderer.setSize(width, height);
-  Object.assign(viewSize, {x: width, y: height});
+  Object.assign(viewSize, {x: width, y: height, ratio: devicePixelRatio});
   dirty = true;
 };
 for (const name of ["Grid", "Axes"]) viewer.set_property([name], "visible", false);

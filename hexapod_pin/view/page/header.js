@@ -21,8 +21,11 @@ function decimals(value, least) {
 function shownNumber(value, unit, error) {
   const [factor, name, least] = UNITS[unit];
   if (value === null || !Number.isFinite(value)) return unit === "m" ? "no foot down" : "none";
-  const digits = error > 0 ? Math.max(0, Math.min(7, -Math.floor(Math.log10(factor * error)))) : decimals(factor * value, least);
-  const band = error > 0 ? ` \u00B1 ${(factor * error).toFixed(digits)}` : "";
+  // Five digits at most; a smaller error than the last of them is not shown.
+  const most = Math.max(least, 4 - Math.floor(Math.log10(Math.abs(factor * value) || 1)));
+  const known = error > 0 ? Math.max(0, -Math.floor(Math.log10(factor * error))) : Infinity;
+  const digits = known <= most ? known : error > 0 ? most : decimals(factor * value, least);
+  const band = known <= most ? ` \u00B1 ${(factor * error).toFixed(digits)}` : "";
   const plain = digits > 5 && !band ? (factor * value).toPrecision(3) : (factor * value).toFixed(digits);
   return `${plain}${band} ${name}`;
 }
@@ -146,7 +149,7 @@ function showLegend() {
 function makeTable() {
   const {box} = panel("Worst instants", true), table = element("table", {id: "worst"});
   const [from, until] = R.data.window ?? [start, END];
-  box.querySelector("small").textContent = `of ${from.toFixed(2)} to ${until.toFixed(2)} s; a click on a time shows it`;
+  box.querySelector("small").textContent = `of ${from.toFixed(2)} to ${until.toFixed(2)} s${worst.some((row) => row.during) ? "; push, lost leg: as long as it tells" : ""}; a click on a time shows it`;
   const shares = worst.some((row) => row.use !== undefined);
   if (runs.length > 1) {
     table.append(element("tr", {}, ...["", "", "", "", R.data.name, ...(shares ? ["of limit"] : []),
@@ -156,7 +159,7 @@ function makeTable() {
     const leg = row.joint !== undefined ? legName(row.joint) : row.foot !== undefined ? R.data.feet[row.foot].label ?? R.data.feet[row.foot].name : "";
     const same = runs.slice(1).map((run) => run.data.worst.find((other) => other.key === row.key));
     const change = same.map((other) => (other?.value && row.value ? `${(100 * (other.value / row.value - 1)).toFixed(1).replace("-", "\u2212")} %` : ""));
-    const button = element("button", {title: `stand at ${row.what}`}, `${row.time.toFixed(3)} s`);
+    const button = element("button", {title: `stand at ${row.what}${row.during ? `, of ${row.during.map((t) => t.toFixed(2)).join(" to ")} s` : ""}`}, `${row.time.toFixed(3)} s`);
     button.onclick = () => jump(k);
     table.append(element("tr", {}, ...[`${k + 1}`, button, row.what, leg, shownNumber(row.value, row.unit, runs.length > 1 ? 0 : row.error),
       ...(shares ? [row.use === undefined ? "" : shownNumber(row.use, "1")] : []), ...same.map((other) => (other ? shownNumber(other.value, other.unit) : "")), ...change].map((cell) => element("td", {}, cell))));
@@ -170,6 +173,7 @@ function valueAt(row, i) {
   if (quantity === "torque" || quantity === "speed") return Math.abs(R[quantity][row.joint][i]);
   if (quantity === "use" || quantity === "power") return R[quantity][row.joint][i];
   if (quantity === "roll" || quantity === "pitch") return R[quantity][i] / DEGREES;
+  if (quantity === "height") return R.place[2][i];
   return quantity === "force" ? R.press[row.foot][i] : quantity === "margin" ? R.margin[i] : null;
 }
 
@@ -195,21 +199,22 @@ function torqueDigits() {
 const cardLines = [];
 let markedRow = null;
 function showCard() {
-  const v = valuesNow(), lines = [];
-  if (v.joint) {
-    lines.push([shortJoint(S.joint), ""]);
-    if (v.torque !== undefined) {
-      lines.push(["torque", `${v.torque.toFixed(torqueDigits())} N m`]);
-      if (Number.isFinite(v.limit)) lines.push([R.data.limits.slope[S.joint] ? "line now" : "limit", `\u00B1${v.limit.toFixed(torqueDigits())} N m`], ["use", `${(100 * v.use).toFixed(1)} %`]);
+  const i = now(), j = S.joint, lines = [];
+  if (R.data.joints.length) {
+    lines.push([shortJoint(j), ""]);
+    if (R.torque) {
+      const limit = R.limit[j][i];
+      lines.push(["torque", `${R.torque[j][i].toFixed(torqueDigits())} N m`]);
+      if (Number.isFinite(limit)) lines.push([R.data.limits.slope[j] ? "line now" : "limit", `\u00B1${limit.toFixed(torqueDigits())} N m`], ["use", `${(100 * R.use[j][i]).toFixed(1)} %`]);
     }
-    lines.push(["speed", `${v.speed.toFixed(3)} rad/s`], ["angle", `${(DEGREES * v.angle).toFixed(2)}\u00B0`]);
+    lines.push(["speed", `${R.speed[j][i].toFixed(3)} rad/s`], ["angle", `${(DEGREES * R.angle[j][i]).toFixed(2)}\u00B0`]);
   }
   const row = S.peak === null ? null : worst[S.peak], usual = lines.length;
   if (row) {
     lines.push([`worst ${row.what}`, shownNumber(row.value, row.unit, row.error)], ["at", `${row.time.toFixed(4)} s`]);
     const value = row.at ? null : valueAt(row, now());
-    if (value !== null && Math.abs(row.time - v.sampleTime) > 1e-6) {
-      lines.push([`sample at ${v.sampleTime.toFixed(4)} s`, shownNumber(value, row.unit)]);
+    if (value !== null && Math.abs(row.time - R.time[i]) > 1e-6) {
+      lines.push([`sample at ${R.time[i].toFixed(4)} s`, shownNumber(value, row.unit)]);
     }
   }
   const card = $("card");

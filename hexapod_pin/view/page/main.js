@@ -1,5 +1,5 @@
-// One loop draws everything that changed. The first picture is the scene; what is drawn about it and
-// the plots follow, a part in each of the next pictures.
+// One loop draws everything that changed. The first picture is the robot on its ground; other samples,
+// colours, what is drawn about it and the plots follow, a part in each of the next pictures.
 
 if (matchMedia("(prefers-color-scheme: dark)").matches) document.documentElement.classList.add("dark");
 readLink();
@@ -19,14 +19,14 @@ function recolor() {
 }
 
 // What is left to make before all is shown; what needs all makes it at once.
-const left = actors.map((actor) => () => { overlays.push(new Overlays(actor)); });
+const left = [...actors.map((actor) => () => actor.outline()), ...actors.map((actor) => () => { overlays.push(new Overlays(actor)); })];
 function makeAll() {
   while (left.length) left.shift()();
 }
 
 const stat = {pictures: 0, scene: 0, graphics: 0, plots: 0,
-  load: {inflate: inflatedAt - began, unpack: unpackedAt - inflatedAt, viewer: viewerAt - unpackedAt}};
-let lastTime = performance.now();
+  load: {inflate: inflatedAt - began, viewer: viewerAt - inflatedAt}};
+let lastTime = performance.now(), filled = false;
 
 // Everything of a picture but the rasteriser's part: what the scene's objects are, and what is read.
 function arrange() {
@@ -46,39 +46,37 @@ function arrange() {
   const [x, y] = focusOf(R, i);
   sun.target.position.set(x, y, 0);
   sun.position.copy(sun.target.position).add(sun.userData.offset);
-  sun.castShadow = S.layers.shadow;
+  sun.castShadow = S.layers.shadow && complete;
 }
 
-// Plots are drawn for so long [ms]; the others in the next picture.
-function readOut(longest = Infinity) {
-  const until = performance.now() + longest;
+function readOut() {
   world.updateWorldMatrix(true, true);
   viewer.camera.updateMatrixWorld();
   overlays.forEach((overlay) => overlay.label(now(overlay.actor.run)));
-  if (bar.stale) bar.draw();
-  bar.cursor();
-  for (const plot of plots) {
-    if (plot.stale && performance.now() > until) { dirty = true; continue; }
-    if (plot.stale) plot.draw();
-    plot.cursor();
-  }
-  $("now").textContent = `${S.time.toFixed(3)} s`;
+  for (const plot of [bar, ...plots]) readPlot(plot);
   showCard();
 }
 
+function readPlot(plot) {
+  if (plot.stale) plot.draw();
+  plot.cursor();
+}
+
 function picture() {
-  const a = performance.now(), opening = stat.all === undefined;
-  if (stat.pictures && left.length) left.shift()();
+  const a = performance.now();
   arrange();
   const b = performance.now();
   viewer.renderer.render(viewer.scene, viewer.camera);
   const c = performance.now();
-  readOut(opening ? (stat.pictures ? 12 : -1) : Infinity);
+  $("now").textContent = `${S.time.toFixed(3)} s`;
+  if (filled) readOut();
   const d = performance.now();
   stat.pictures++;
-  stat.first ??= d;
-  if (left.length) dirty = true;
-  else if (opening && !dirty) stat.all = d;
+  if (filled) stat.all ??= d;
+  if (!stat.first) {
+    stat.first = d;
+    fill(samples.bytes.length).then(allSamples, trouble);
+  }
   stat.scene += b - a;
   stat.graphics += c - b;
   stat.plots += d - c;
@@ -112,10 +110,23 @@ placeLanes();
 camera(S.camera);
 showPlaying();
 
-// What a test or a program in the page may read and do.
-window.playback = {
-  state: S, data: D, runs, worst, stat, plots, seek, play, select, zoom, jump, camera, setLayer, setRate, values: valuesNow, viewer, actors,
-  overlays, slip: () => slipOf(R), draw: () => { makeAll(); arrange(); readOut(); }, start, end: END,
-};
+// All samples are there: what a test or a program in the page may read and do.
+function allSamples() {
+  complete = dirty = true;
+  left.push(showCard, ...[bar, ...plots].map((plot) => () => readPlot(plot)));
+  fillIn();
+  window.playback = {
+    state: S, data: D, runs, worst, stat, plots, seek, play, select, zoom, jump, camera, setLayer, setRate, values: valuesNow, viewer, actors,
+    overlays, slip: () => slipOf(R), draw: () => { makeAll(); arrange(); $("now").textContent = `${S.time.toFixed(3)} s`; readOut(); }, start, end: END,
+  };
+}
+
+// Make what is left for some milliseconds at a time, so that keys and fingers are not kept waiting.
+function fillIn() {
+  const until = performance.now() + 12;
+  while (left.length && performance.now() < until) left.shift()();
+  if (left.length) { setTimeout(fillIn); return; }
+  filled = dirty = true;
+}
 stat.ready = performance.now();
 requestAnimationFrame((at) => { lastTime = at; requestAnimationFrame(loop); });

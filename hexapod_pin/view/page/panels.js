@@ -37,10 +37,10 @@ function makePanels() {
   }
   if (R.torque && R.data.joints.length) makeTorque();
   if (R.force) makeForces();
-  if (R.margin) {
-    const scaled = new Map(runs.filter((run) => run.margin).map((run) => [run, run.margin.map((v) => 1e3 * v)]));
+  if (R.margins) {
+    const scaled = readOnce((run) => run.margin?.map((v) => 1e3 * v));
     new Plot({title: "Static stability margin", unit: "mm", digits: 1, height: 86, floor: 0,
-      series: () => [{name: "margin", run: R, y: scaled.get(R), color: legColor(0), on: true}, ...others((run) => scaled.get(run))]});
+      series: () => [{name: "margin", run: R, y: scaled(R), color: legColor(0), on: true}, ...others(scaled)]});
   }
   makeTrunk();
   if (R.force) {
@@ -51,7 +51,7 @@ function makePanels() {
         return byLeg((f) => millimetres.get(f));
       }});
     if (R.slipSpeed) {
-      const shown = R.slipSpeed.map((row) => row.map((v) => 1e3 * v));
+      const shown = rowsWhenRead(R.slipSpeed.length, (f) => R.slipSpeed[f].map((v) => 1e3 * v));
       new Plot({title: "Slip speed", unit: "mm/s", digits: 1, height: 96, open: false, floor: 0, rows: true, series: () => byLeg((f) => shown[f])});
     }
   }
@@ -117,9 +117,9 @@ function makeTrunk() {
   new Plot({title: "Trunk roll and pitch", unit: "deg", digits: 2, height: 86, open: false, series: () => [
     {name: "roll", run: R, y: R.roll, color: legColor(0)}, {name: "pitch", run: R, y: R.pitch, color: legColor(4), dash: [6, 3]},
     ...others((run) => run.pitch).map((s) => ({...s, name: `${s.name} pitch`}))]});
-  const heights = new Map(runs.map((run) => [run, run.place[2].map((v) => 1e3 * v)]));
+  const heights = readOnce((run) => run.place[2].map((v) => 1e3 * v));
   new Plot({title: "Trunk height", unit: "mm", digits: 1, height: 80, open: false, series: () => [
-    {name: "height", run: R, y: heights.get(R), color: legColor(0), on: true}, ...others((run) => heights.get(run))]});
+    {name: "height", run: R, y: heights(R), color: legColor(0), on: true}, ...others(heights)]});
 }
 
 // Torque over speed of the selected joint, all samples, under the line it is held against.

@@ -7,12 +7,12 @@ const S = {
   layers: {use: true, forces: true, cones: false, support: true, mass: true, paths: true, feet: true,
     slip: true, names: true, edges: true, shadow: true, contour: true, loads: true, apart: runs.length > 1},
 };
-let dirty = true;
+let dirty = true, complete = false;  // whether all samples are there, not only those of the first picture
 
 const worst = R.data.worst;
 {
-  const uses = worst.filter((row) => row.joint !== undefined && row.unit === "1");
-  const torques = worst.filter((row) => row.joint !== undefined && row.unit === "N m");
+  const steady = worst.filter((row) => row.joint !== undefined && !row.during);
+  const uses = steady.filter((row) => row.unit === "1"), torques = steady.filter((row) => row.unit === "N m");
   const first = uses.sort((a, b) => (b.value ?? Infinity) - (a.value ?? Infinity))[0]
     ?? torques.sort((a, b) => b.value - a.value)[0];
   if (first) Object.assign(S, {joint: first.joint, kind: R.data.kinds[first.joint]});

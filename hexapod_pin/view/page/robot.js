@@ -63,10 +63,8 @@ class Actor {
       mesh.castShadow = shape.opacity === 1;
       mesh.receiveShadow = true;
       mesh.userData = {joint: entry.joint, color: shape.color, opacity: shape.opacity};
-      const edge = new THREE.LineSegments(outlineOf(mesh.geometry), new THREE.LineBasicMaterial({transparent: true}));
-      mesh.add(edge);
       node.add(mesh);
-      parts.push({mesh, edge});
+      parts.push({mesh});
     }
     const found = {node, parts, joint: entry.joint, slides: entry.slides,
       place: new THREE.Vector3(...entry.place), base: new THREE.Quaternion(...entry.turn),
@@ -77,6 +75,14 @@ class Actor {
     } else this.made = [];
     this.made.push(found);
     return found;
+  }
+
+  // Lines along the edges of all parts: not needed for the first picture.
+  outline() {
+    for (const part of this.bodies.flatMap((body) => body.parts)) {
+      part.edge = new THREE.LineSegments(outlineOf(part.mesh.geometry), new THREE.LineBasicMaterial({transparent: true}));
+      part.mesh.add(part.edge);
+    }
   }
 
   get ghost() { return this.run !== R && !S.layers.apart; }
@@ -103,7 +109,7 @@ class Actor {
   }
 
   paint(i) {
-    const {run, ghost} = this, colored = S.layers.use && run.limited, edgeColor = theme().edge;
+    const {run, ghost} = this, colored = complete && S.layers.use && run.limited, edgeColor = theme().edge;
     for (const body of this.bodies) {
       const chosen = body.joint >= 0 && body.joint === S.joint && run === R;
       for (const {mesh, edge} of body.parts) {
@@ -115,6 +121,7 @@ class Actor {
         material.transparent = material.opacity < 1;
         material.depthWrite = !ghost;
         mesh.castShadow = !ghost && mesh.userData.opacity === 1;
+        if (!edge) continue;
         edge.visible = !ghost && (chosen || S.layers.edges);
         edge.material.color.setHex(chosen ? 0x0b57d0 : edgeColor);
         edge.material.opacity = chosen ? 1 : 0.4;

@@ -30,7 +30,7 @@ const runs = D.runs.map((data, number) => {
     place: part("place"), turn: part("turn"),
     angle: part("angle"), speed: part("speed"), torque: part("torque"), force: part("force"),
     foot: part("foot"), normal: part("normal"), down: part("down"), friction: part("friction"),
-    margin: part("margin")?.[0], com: part("com"), slipSpeed: part("slip_speed"),
+    margins: part("margin"), com: part("com"), slipSpeed: part("slip_speed"),
     current: part("current"), motorCurrent: part("motor_current"), temperature: part("temperature"),
     lift: "lift" in data.ground ? extended(arrays[data.ground.lift][0], () => undefined) : null,
     legs: data.feet.map((_, f) => f).filter((f) => data.feet[f].label),
@@ -39,6 +39,15 @@ const runs = D.runs.map((data, number) => {
   return run;
 });
 const R = runs[0];
+
+// Values of a row, computed when they are first read: of each run once.
+function readOnce(make) {
+  const found = new Map();
+  return (run) => {
+    if (!found.has(run)) found.set(run, make(run));
+    return found.get(run);
+  };
+}
 
 function tabulated(count, value) {
   const row = new Float64Array(count);
@@ -76,7 +85,7 @@ function derive(run) {
     });
   }
   if (run.force) {
-    const moving = run.normal[0].length > 1;
+    const moving = D.table[data.channels.normal].n > 1;
     const normal = (f, c, i) => run.normal[3 * f + c][moving ? i : 0];
     const along = (f) => [0, 1, 2].map((c) => [run.force[3 * f + c], run.normal[3 * f + c]]);
     run.normalAt = normal;
@@ -103,6 +112,7 @@ function derive(run) {
       });
     }
   }
+  Object.defineProperty(run, "margin", {get: () => run.margins?.[0]});
   const [x, y, z, w] = run.turn;
   const angles = {
     roll: (i) => DEGREES * Math.atan2(2 * (w[i] * x[i] + y[i] * z[i]), 1 - 2 * (x[i] * x[i] + y[i] * y[i])),
