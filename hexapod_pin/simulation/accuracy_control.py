@@ -126,6 +126,7 @@ class AccuracyControl:
             coarser.refinement, finer.refinement, ratio,
             events=(coarser.events, finer.events), effort=finer.effort / coarser.effort,
             order=ORDER.get(self.settings.method_settings.method.name, 0),
+            slow=self.settings.method_settings.slow_decay,
         )  # fmt: skip
         LOG.debug("refinements %d and %d differ by %.3g of the accuracy",
                   coarser.refinement, finer.refinement, ratio)  # fmt: skip

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
+from hexapod_pin.drive.drive_law import has_dry_friction
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.simulation.resolution import JUMP, LEVELS_PER_DECADE, MOST_LEVELS
@@ -119,6 +120,8 @@ class MethodSettings:
             step, and the error of the whole run is unknown.
         sensitive: whether small errors may change the motion of the scene altogether.
         carries_error: whether runs whose global error is controlled carry it along.
+        slow_decay: whether errors may fall more slowly than tolerances: ticks of a controller, or
+            joints that stick and slip, end steps and begin them anew.
     """
 
     method: Method
@@ -130,6 +133,7 @@ class MethodSettings:
     refinement: int | None = None
     sensitive: bool = False
     carries_error: bool = False
+    slow_decay: bool = False
 
     def for_scene(self, scene: Scene, *, feedback: bool = False) -> MethodSettings:
         """Return the settings for a scene, which says how its errors can be found.
@@ -137,7 +141,8 @@ class MethodSettings:
         `feedback`: a controller follows what it measures; what it makes of an error is not known.
         """
         carries = self.method.name in CARRIED_RATIO and scene.carries_errors and not feedback
-        return replace(self, sensitive=scene.sensitive, carries_error=carries)
+        slow = feedback or has_dry_friction(scene.robot, scene.servos)
+        return replace(self, sensitive=scene.sensitive, carries_error=carries, slow_decay=slow)
 
     @property
     def tolerance(self) -> float:
