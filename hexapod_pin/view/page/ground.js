@@ -18,13 +18,14 @@ viewer.set_3d_pane_size = () => {
 for (const name of ["Grid", "Axes"]) viewer.set_property([name], "visible", false);
 const world = viewer.scene_tree.find(["playback"]).object;
 
-// A line at every multiple of a step, one pixel wide, faded where lines would merge.
+// A line at every multiple of a step, one pixel wide, faded where lines would merge; none on a face
+// that stands at one value, as a riser does: it would be speckled.
 const LINES = `
 varying vec3 vPlace;
 uniform float uStep; uniform float uContour; uniform vec4 uStrip; uniform vec4 uRim; uniform float uFade; uniform vec3 uInk; uniform float uStrength;
 float lineOf(float v, float s) {
   float x = v / s, d = max(fwidth(x), 1e-6);
-  return (1.0 - min(abs(fract(x - 0.5) - 0.5) / d, 1.0)) * clamp(1.4 - 2.8 * d, 0.0, 1.0);
+  return step(1e-5, d) * (1.0 - min(abs(fract(x - 0.5) - 0.5) / d, 1.0)) * clamp(1.4 - 2.8 * d, 0.0, 1.0);
 }
 `;
 // A ground that ends fades out towards its rim.
@@ -111,10 +112,19 @@ function groundGeometry(data) {
   return geometry;
 }
 
-function segments(ends, color, data) {
+// Level ribbons along lines from point to point: lines of WebGL are a pixel wide, and hard to see.
+function ribbons(ends, wide, color, data) {
+  const corners = [], index = [];
+  for (let k = 0; k < ends.length; k += 6) {
+    const [x, y, z, u, v, w] = ends.slice(k, k + 6), size = Math.hypot(u - x, v - y) || 1;
+    const dx = (-0.5 * wide * (v - y)) / size, dy = (0.5 * wide * (u - x)) / size, at = corners.length / 3;
+    corners.push(x + dx, y + dy, z, x - dx, y - dy, z, u + dx, v + dy, w, u - dx, v - dy, w);
+    index.push(at, at + 1, at + 2, at + 1, at + 3, at + 2);
+  }
   const geometry = new THREE.BufferGeometry();
-  geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(ends), 3));
-  const material = new THREE.LineBasicMaterial({color, transparent: true});
+  geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(corners), 3));
+  geometry.setIndex(index);
+  const material = new THREE.MeshBasicMaterial({color, transparent: true, side: 2, polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -4});
   material.onBeforeCompile = (shader) => {
     Object.assign(shader.uniforms, rimOf(data));
     shader.vertexShader = `varying vec3 vPlace;\n${shader.vertexShader}`.replace(
@@ -122,7 +132,7 @@ function segments(ends, color, data) {
     shader.fragmentShader = `varying vec3 vPlace; uniform vec4 uRim; uniform float uFade;\n${shader.fragmentShader}`.replace(
       "#include <color_fragment>", `#include <color_fragment>\n${RIM}`);
   };
-  return new THREE.LineSegments(geometry, material);
+  return new THREE.Mesh(geometry, material);
 }
 
 function groundOf(run) {
@@ -133,8 +143,8 @@ function groundOf(run) {
   const {min, max} = surface.geometry.boundingBox;
   surface.userData.contour = data.level ? 0 : niceStep((max.z - min.z) / 12);
   group.add(surface);
-  if (data.edges) group.add(segments(data.edges, 0x1d2530, data));
-  if (data.patches) group.add(segments(data.patches, 0x3366cc, data));
+  if (data.edges) group.add(ribbons(data.edges, 0.022 * run.data.reach, 0x3a4652, data));
+  if (data.patches) group.add(ribbons(data.patches, 0.022 * run.data.reach, 0x3366cc, data));
   return {group, surface};
 }
 

@@ -149,7 +149,7 @@ function showLegend() {
 function makeTable() {
   const {box} = panel("Worst instants", true), table = element("table", {id: "worst"});
   const [from, until] = R.data.window ?? [start, END];
-  box.querySelector("small").textContent = `of ${from.toFixed(2)} to ${until.toFixed(2)} s${worst.some((row) => row.during) ? "; push, lost leg: as long as it tells" : ""}; a click on a time shows it`;
+  box.querySelector("small").textContent = `of ${from.toFixed(2)} to ${until.toFixed(2)} s${worst.some((row) => row.during) ? "; of a push or a lost leg: from then on" : ""}; a click on a time shows it`;
   const shares = worst.some((row) => row.use !== undefined);
   if (runs.length > 1) {
     table.append(element("tr", {}, ...["", "", "", "", R.data.name, ...(shares ? ["of limit"] : []),
