@@ -197,7 +197,7 @@ def _force_row(
         k, foot = _largest(trace.normal_force, np.arange(len(feet)), inside)
         value, time, error = trace.normal_force[k, foot], trace.time[k], math.nan
     known = None if math.isnan(error) else error
-    return _row("force", "normal force of a foot", value, "N", time, foot=foot, error=known)
+    return _row("force", "foot force, normal", value, "N", time, foot=foot, error=known)
 
 
 def _roll_pitch(trace: Trace) -> tuple[Array, Array]:

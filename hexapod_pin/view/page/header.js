@@ -150,7 +150,7 @@ function makeTable() {
   const {box} = panel("Worst instants", true), table = element("table", {id: "worst"});
   const [from, until] = R.data.window ?? [start, END];
   box.querySelector("small").textContent = `of ${from.toFixed(2)} to ${until.toFixed(2)} s${worst.some((row) => row.during) ? "; of a push or a lost leg: from then on" : ""}; a click on a time shows it`;
-  const shares = worst.some((row) => row.use !== undefined);
+  const shares = runs.length === 1 && worst.some((row) => row.use !== undefined);  // else changes have no room
   if (runs.length > 1) {
     table.append(element("tr", {}, ...["", "", "", "", R.data.name, ...(shares ? ["of limit"] : []),
       ...runs.slice(1).map((run) => run.data.name), ...runs.slice(1).map(() => "change")].map((text) => element("th", {}, text))));
