@@ -22,6 +22,7 @@ from hexapod_pin.robot.recognition.chains import Axis, axis_distance, tree_frame
 from hexapod_pin.robot.recognition.directions import middle_lines
 from hexapod_pin.robot.recognition.layout import RobotHints
 from hexapod_pin.robot.recognition.recognise import recognise
+from hexapod_pin.robot.robot import load_robot
 
 FINDER = ResourceFinder(Path("none.urdf"))
 
@@ -64,6 +65,29 @@ def test_round_robots_walk_along_the_nearest_line_between_hips(
     left = (count + 1) // 2
     assert [leg.name for leg in layout.legs] == list(leg_names(left, count - left))
     assert [leg.radius for leg in layout.legs] == [RADIUS] * count
+
+
+@pytest.mark.parametrize(
+    ("forward", "said"),
+    [
+        ("x", ""), (30.0, ""), (-34.0, ""),
+        ("y", "forward y is 90 degrees off its body's, +x"),
+        (40.0, "forward 40.0 is 40 degrees off its body's, +x"),
+        ("-x", "forward -x is to its rear: its front is +x"),
+    ],
+)  # fmt: skip
+def test_a_stated_direction_is_held_against_hips_and_names(forward: str | float, said: str) -> None:
+    """Beyond 35 degrees, as for the names of legs; kharagpur's names determine its front."""
+    assert load_robot("kharagpur", forward=forward).caution == said
+    assert load_robot("kharagpur", forward=forward).notes.count(said) == bool(said)
+
+
+def test_a_stated_direction_along_a_line_as_long_is_as_good() -> None:
+    """Six hips on a circle: no line is longer; without names either end is the front."""
+    for turn, off in ((0.0, False), (60.0, False), (180.0, False), (120.0, False)):
+        assert bool(found(round_robot(6, 30.0), forward=turn).caution) == off
+    layout = found(round_robot(6, 0.0, front=True), forward="-y")
+    assert layout.caution == "forward -y is to its rear: its front is +y"
 
 
 def test_a_camera_marks_the_front_and_names_go_before_it() -> None:

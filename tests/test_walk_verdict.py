@@ -217,6 +217,8 @@ def test_soft_servos_and_ice_are_distinguished() -> None:
     assert not soft.walks and "stiffer servos" in soft.advice
     ice = walk(mu=1e-4)
     assert not ice.walks and "friction coefficient than 0.0001 (--mu)" in ice.advice
+    assert ice.cause == "friction of 0.0001 holds no foot"
+    assert walk(mu=0.03).cause != "friction of 0.03 holds no foot"
     assert ice.slip is not None and (ice.slip.total is None or ice.slip.total > 1.0)
 
 
@@ -345,6 +347,32 @@ def test_ctrl_c_during_the_verdict_leaves_the_walk(
     assert done.err.startswith("hexapod-pin: no verdict on the peaks: interrupted after 1 of 3")
     assert "\nfemur " in done.out
     assert hp.load_trace("walk.nc").time[-1] == pytest.approx(1.2)
+
+
+@pytest.mark.parametrize(
+    ("torque", "speed", "vain"),
+    [(30.0, 6.0, False), (31.0, 6.0, True), (6.0, 100.0, False), (6.0, 101.0, True)],
+)
+def test_limits_that_no_motor_has_are_said_to_be_such(
+    torque: float, speed: float, vain: bool
+) -> None:
+    """18 motors of 120 N m/kg that weigh 1.5 times 3.09 kg give 30.9 N m each."""
+    trace = real_walk()
+    robot = trace.run.robot
+    assert robot.mass == pytest.approx(3.0875, abs=1e-3)
+    limits = {"effort_limit": (torque,) * 18, "velocity_limit": (speed,) * 18}
+    run = trace.run.model_copy(update={"robot": robot.model_copy(update=limits)})
+    answer = walk_answer(changed(trace, run=run))
+    assert answer.verdict.vain_limits == vain
+    ends = "its limits are no motor's" if vain else "nothing at a limit"
+    assert answer.headline.endswith(f", {ends}")
+
+
+@cache
+def real_walk() -> Trace:
+    """Return a short walk of kharagpur."""
+    scene = hp.Scene(hp.load_robot("kharagpur"))
+    return hp.simulate(scene, hp.KinematicControl(TRIPOD), duration=3.0, accuracy=1e-3)
 
 
 @pytest.mark.parametrize(("force", "thrown_off"), [(105.0, False), (115.0, True)])

@@ -87,7 +87,7 @@ def limits_are_of_no_motor(trace: Trace) -> bool:
     most = most_torque(trace.run.robot.mass, joints)
     torque = float(np.median(trace.run.robot.effort(joints)))
     speed = float(np.median(trace.run.robot.velocity(joints)))
-    return torque > most or speed > HIGHEST_SPEED
+    return most < torque < math.inf or HIGHEST_SPEED < speed < math.inf
 
 
 def slip_of(trace: Trace, planned_speed: float) -> Slip | None:
@@ -142,6 +142,9 @@ def _longest(names: tuple[str, ...], shares: Array) -> JointShare:
 
 RESERVE = 1.5
 """Effort over what standing on the fewest feet takes, that is advised (*assumed*)."""
+
+LEAST_FRICTION = 0.02
+"""Friction coefficient below which no robot walks: the least of any sole on ice [-] (*assumed*)."""
 
 MUCH_LIMITED = 0.05
 """Share of the time at a limit from which it is taken for the cause."""
@@ -230,9 +233,15 @@ def advice(
             "its trunk lies on the ground",
             "the trunk lies on the ground as the robot stands: choose a higher posture",
         )
+    if (mu := friction_coefficient(trace.run.scene)) is not None and mu < LEAST_FRICTION:
+        return Advice(
+            f"friction of {mu:.2g} holds no foot",
+            f"no sole has so little friction, on ice neither: a larger friction coefficient"
+            f"{_mu(trace.run.scene)}",
+        )
     prescribed = trace.run.prescribed
     need = None if prescribed else static_need(trace)
-    if need is not None and need.torque > need.effort_limit:
+    if need is not None and need.torque > need.effort_limit and torque.joints:
         return Advice(
             f"{need.joint} is too weak to stand: {need.effort_limit:.3g} of {need.torque:.3g} N m",
             f"effort is too small for its weight: standing on the fewest feet takes "
@@ -307,9 +316,10 @@ def _load_advice(trace: Trace, push: PushEffect | None) -> Advice | None:
     force = 0.0 if push is None else push.force
     if push is not None and (push.thrown or force > STRONG_PUSH * weight):
         threw = f", threw it {push.offset:.3g} m off its track" if push.thrown else ""
+        size = f"{force:.0f} N" if force >= 1000.0 else f"{force:.3g} N"
         return Advice(
-            f"a push of {force:.3g} N, {force / weight:.2g} times its weight{threw}",
-            f"the push of {force:.3g} N is {force / weight:.2g} times the robot's weight of "
+            f"a push of {size}, {force / weight:.2g} times its weight{threw}",
+            f"the push of {size} is {force / weight:.2g} times the robot's weight of "
             f"{weight:.3g} N: a weaker or shorter one, or a lower, wider posture",
         )
     return None
