@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,9 +13,11 @@ import pytest
 from leg_robots import COXA, FEMUR, RADIUS, TIBIA, joint, legged, link
 from refusals import refused
 from rewriting.steps import about_z, found
+from synthetic import synthetic_trace
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import UrdfError
+from hexapod_pin.results.walk_answer import walk_answer
 from hexapod_pin.robot.description.leg_names import leg_names
 from hexapod_pin.robot.description.urdf_file import parse_urdf
 from hexapod_pin.robot.reading.resources import ResourceFinder
@@ -80,6 +83,15 @@ def test_a_stated_direction_is_held_against_hips_and_names(forward: str | float,
     """Beyond 35 degrees, as for the names of legs; kharagpur's names determine its front."""
     assert load_robot("kharagpur", forward=forward).caution == said
     assert load_robot("kharagpur", forward=forward).notes.count(said) == bool(said)
+
+
+def test_a_caution_stands_in_the_first_line_with_and_without_doubts() -> None:
+    """After how it walks, and after what makes its torques doubtful."""
+    plain = walk_answer(synthetic_trace())
+    warned = replace(plain, caution="forward y is 90 degrees off its body's, +x")
+    assert f", {warned.caution}, " in warned.headline + ", "
+    verdict = replace(plain.verdict, doubts=("inertias look like g m^2, not SI units",))
+    assert replace(warned, verdict=verdict).headline.endswith(f"not SI units; {warned.caution}")
 
 
 def test_a_stated_direction_along_a_line_as_long_is_as_good() -> None:

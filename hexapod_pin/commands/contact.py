@@ -8,7 +8,7 @@ from typing import Annotated, Optional
 import typer
 
 from hexapod_pin.commands.options import OptionalPath, OptionalText
-from hexapod_pin.commands.terminal import echo
+from hexapod_pin.commands.terminal import announce, echo
 from hexapod_pin.errors import ParameterError
 
 
@@ -52,6 +52,7 @@ def contact(
     path = writable("--out", out or Path("contact.png"), FIGURES, drawn=out is not None)
     echo(answer(law, found, mass=mass, speed=speed))
     echo("\n" + report(found, mass=mass, speed=speed))
+    announce(f"drawing {path}")
     if figure(found, path, mass=mass, speed=speed):
         echo(f"wrote {path}")
     else:

@@ -83,7 +83,8 @@ class WalkAnswer(Immutable):
         name, doubts = verdict.robot_name, verdict.doubts
         if doubts:
             more = f" and {len(doubts) - 1} more" if len(doubts) > 1 else ""
-            return f"{name}: torques are NOT to be trusted: {doubts[0]}{more}"
+            besides = f"; {self.caution}" if self.caution else ""
+            return f"{name}: torques are NOT to be trusted: {doubts[0]}{more}{besides}"
         if not verdict.walks:
             return f"{name} does not walk: {verdict.cause or verdict.reason}"
         if self.motor is not None and not self.motor.passes:
@@ -124,7 +125,8 @@ class WalkAnswer(Immutable):
         found = folded(self.headline)
         verdict = self.verdict
         if verdict.doubts:
-            state = "walks with these numbers" if verdict.walks else f"does not: {verdict.reason}"
+            why = ", ".join(filter(None, (verdict.cause, verdict.reason)))
+            state = "walks with these numbers" if verdict.walks else f"does not: {why}"
             cure = "--repair mends the file, `hexapod-pin check` explains"
             if all(text.startswith("mass ") for text in verdict.doubts):
                 cure = "weigh it and state it: --repair --mass KG"
