@@ -11,7 +11,7 @@ from .loading.pin_model import Foot as Foot
 from .robot import Leg as Leg
 from .robot import Robot as Robot
 from .robot import load_robot as load_robot
-from .robot import urdf_path as urdf_path
+from .robot_source import urdf_path as urdf_path
 from .state import State as State
 from .static_margins import longitudinal_margins as longitudinal_margins
 from .static_margins import static_margin as static_margin
