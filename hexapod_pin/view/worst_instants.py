@@ -20,6 +20,7 @@ from hexapod_pin.scene.loads import LostLeg, Push
 from hexapod_pin.view.torque_limits import Limits
 
 Indices = npt.NDArray[np.intp]
+Inside = npt.NDArray[np.bool_]
 
 
 def worst_instants(
@@ -108,13 +109,13 @@ def _row(
     return {"key": key, "what": what, "value": number, "unit": unit, "time": float(time), **more}
 
 
-def _arg(values: Array, inside: Array, least: bool = False) -> int:
+def _arg(values: Array, inside: Inside, least: bool = False) -> int:
     """Return the sample of the largest, or least, value among those inside."""
     shown = np.where(inside, values, np.inf if least else -np.inf)
     return int(np.argmin(shown) if least else np.argmax(shown))
 
 
-def _joint_rows(trace: Trace, limits: Limits, inside: Array) -> list[dict[str, Any]]:
+def _joint_rows(trace: Trace, limits: Limits, inside: Inside) -> list[dict[str, Any]]:
     if "torque" not in trace.recorded or not trace.joint_names:
         return []
     speed, names = trace.v[:, 6:], list(trace.joint_names)
@@ -179,7 +180,7 @@ def _short(values: Array) -> list[float]:
     return [float(f"{value:.10g}") for value in values.ravel()]
 
 
-def _largest(values: Array, own: Indices, inside: Array) -> tuple[int, int]:
+def _largest(values: Array, own: Indices, inside: Inside) -> tuple[int, int]:
     """Return sample and joint of the largest value among some joints."""
     shown = np.where(inside[:, None], values[:, own], -np.inf)
     k, column = np.unravel_index(int(np.argmax(shown)), shown.shape)
@@ -187,7 +188,7 @@ def _largest(values: Array, own: Indices, inside: Array) -> tuple[int, int]:
 
 
 def _force_row(
-    trace: Trace, feet: Sequence[Mapping[str, Any]], inside: Array
+    trace: Trace, feet: Sequence[Mapping[str, Any]], inside: Inside
 ) -> dict[str, Any]:  # fmt: skip
     if budget_of(trace) is not None and trace.has_summary and len(trace.summary.force_peak):
         foot = int(np.argmax(trace.summary.force_peak))

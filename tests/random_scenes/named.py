@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hexapod_pin.control.feasible_gait import named_gait
+from hexapod_pin.control.feedback import FeedbackController
 from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.control.sampled_trajectory import HoldPosture, SampledTrajectory
 from hexapod_pin.drive.joint_stops import JointStops
@@ -125,6 +126,7 @@ def sent(one: PromiseScene, period: float) -> PromiseScene:
     """Return a walk whose set-points are sent at a period [s] and held: they jump."""
     from scipy.interpolate import CubicHermiteSpline
 
+    assert not isinstance(one.controller, FeedbackController)
     plan = one.controller.plan(one.scene.robot, one.duration)
     times = period * np.arange(round(one.duration / period))
     q = CubicHermiteSpline(plan.time, plan.q, plan.v)(times)

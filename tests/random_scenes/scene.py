@@ -56,7 +56,7 @@ class PromiseScene:
 
     labels: SceneLabels
     scene: Scene
-    controller: Controller
+    controller: Controller | FeedbackController
     initial: State | None
     duration: float
     sample: float

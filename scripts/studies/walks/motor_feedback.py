@@ -70,7 +70,7 @@ def _one(cycle: float, payload: float, records: Sequence[MotorRecord]) -> dict[s
     evaluation = Evaluation(walks, 0.0, Derating())
     kinds = tuple(motor_counts(evaluation.robot))
     full = LightestChoice(evaluation, records)
-    full.run(kinds)
+    full.run(kinds, evaluation.demands(None))
     naive = full.steps[0] if full.steps else None
     lineless = _without_line(evaluation, records, kinds)
     row = [
