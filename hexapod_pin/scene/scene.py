@@ -69,9 +69,11 @@ def _check_motors(scene: Scene) -> None:
     count = sum(len(leg.joints) for leg in robot.legs)
     most = most_torque(mass, count)
     for name, motor in zip(robot.joint_names, servo.motors(robot), strict=True):
-        if motor is None or motor.no_load_speed > SERVO_SPEED or motor.stall_torque <= most:
+        if motor is None or motor.no_load_speed > SERVO_SPEED:
             continue
         torque = motor.stall_torque
+        if min(torque, motor.peak_torque or math.inf) <= most:
+            continue
         allowed = (
             f"at most {most:.3g} N m: {count} stronger motors weigh more than {MOTORS_SHARE:g} "
             f"times the robot's {mass:.3g} kg"
