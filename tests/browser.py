@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import shutil
 import subprocess
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -26,3 +28,47 @@ def browse(page: Path, *options: str) -> bytes:
         check=True, capture_output=True, timeout=120,
     )  # fmt: skip
     return done.stdout
+
+
+# Driven by Playwright: one browser for a module's tests, pages that stand still.
+
+OPTIONS = (
+    "--no-sandbox", "--disable-gpu", "--use-gl=angle", "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader", "--disable-quic", "--no-first-run", "--disable-sync",
+    "--disable-background-networking", "--disable-component-update",
+)  # fmt: skip
+"""Of Chromium without a display or a graphics card, with no traffic of its own."""
+
+
+def started() -> Iterator[Any]:
+    """Give one browser, driven, and close it; skip where Chromium or Playwright is missing."""
+    driver = pytest.importorskip("playwright.sync_api")
+    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
+    if chromium is None:
+        pytest.skip("no chromium is installed")
+    with driver.sync_playwright() as playwright:
+        opened = playwright.chromium.launch(executable_path=chromium, args=list(OPTIONS))
+        yield opened
+        opened.close()
+
+
+def opened(
+    browser: Any, path: Path, link: str = "", size: tuple[int, int] | None = (1024, 640)
+) -> Any:
+    """Return a page that shows a file, still, with the addresses that it asked for."""
+    viewport = {"viewport": {"width": size[0], "height": size[1]}} if size else {}
+    page = browser.new_page(**viewport)
+    page.asked, page.faults = [], []
+    page.on("request", lambda request: page.asked.append(request.url))
+    page.on("pageerror", lambda error: page.faults.append(str(error)))
+    page.set_default_timeout(120_000)  # of a busy machine
+    page.goto(f"file://{path}{link}", wait_until="commit")
+    page.wait_for_function("window.playback || window.playbackError")
+    page.evaluate("window.playback.play(false)")
+    return page
+
+
+def settled(page: Any) -> Any:
+    """Return the state once everything but the rasteriser's part is drawn."""
+    page.evaluate("playback.draw()")
+    return page.evaluate("playback.state")

@@ -9,7 +9,9 @@ import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
+import browser as browsers
 import pytest
 
 from hexapod_pin.commands.app import main
@@ -77,3 +79,9 @@ def run(
         return SimpleNamespace(status=exit_.value.code, out=out, err=err, left=left)
 
     return command
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    """Give one browser for all tests of a module."""
+    yield from browsers.started()

@@ -6,7 +6,6 @@ Where neither Chromium nor Playwright is installed, only the size is tested.
 from __future__ import annotations
 
 import html
-import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -14,19 +13,13 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 import pytest
+from browser import opened, settled
 from page_data import PageData
 
 import hexapod_pin as hp
 from hexapod_pin.drive.catalog import load_catalog
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.view.html import page_text
-
-OPTIONS = (
-    "--no-sandbox", "--disable-gpu", "--use-gl=angle", "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader", "--disable-quic", "--no-first-run", "--disable-sync",
-    "--disable-background-networking", "--disable-component-update",
-)  # fmt: skip
-"""Of Chromium without a display or a graphics card, with no traffic of its own."""
 
 
 @pytest.fixture(scope="module")
@@ -61,34 +54,6 @@ def test_ten_seconds_take_at_most_700_kilobytes(text: str, trace: Trace) -> None
 
 
 @pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    """One browser for all tests."""
-    driver = pytest.importorskip("playwright.sync_api")
-    chromium = shutil.which("chromium") or shutil.which("chromium-browser")
-    if chromium is None:
-        pytest.skip("no chromium is installed")
-    with driver.sync_playwright() as playwright:
-        opened = playwright.chromium.launch(executable_path=chromium, args=list(OPTIONS))
-        yield opened
-        opened.close()
-
-
-def opened(
-    browser: Any, path: Path, link: str = "", size: tuple[int, int] | None = (1024, 640)
-) -> Any:
-    """Return a page that shows a file, still, with the addresses that it asked for."""
-    viewport = {"viewport": {"width": size[0], "height": size[1]}} if size else {}
-    page = browser.new_page(**viewport)
-    page.asked, page.faults = [], []
-    page.on("request", lambda request: page.asked.append(request.url))
-    page.on("pageerror", lambda error: page.faults.append(str(error)))
-    page.goto(f"file://{path}{link}")
-    page.wait_for_function("window.playback || window.playbackError", timeout=60_000)
-    page.evaluate("window.playback.play(false)")
-    return page
-
-
-@pytest.fixture(scope="module")
 def page(browser: Any, text: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
     """The page, opened by a link."""
     path = tmp_path_factory.mktemp("page") / "walk.html"
@@ -98,12 +63,6 @@ def page(browser: Any, text: str, tmp_path_factory: pytest.TempPathFactory) -> I
     assert not found.faults
     assert [url for url in found.asked if not url.startswith(("file:", "data:", "blob:"))] == []
     found.close()
-
-
-def settled(page: Any) -> Any:
-    """Return the state once everything but the rasteriser's part is drawn."""
-    page.evaluate("playback.draw()")
-    return page.evaluate("playback.state")
 
 
 def test_a_link_opens_at_its_time_and_joint(page: Any, trace: Trace) -> None:
