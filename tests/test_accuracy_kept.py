@@ -15,6 +15,7 @@ from refusals import refused
 import hexapod_pin as hp
 from hexapod_pin.results.error_estimate import ErrorEstimate
 from hexapod_pin.simulation.accuracy_control import AccuracyControl
+from hexapod_pin.simulation.methods import resolve_method
 from hexapod_pin.simulation.resolution import (
     CHANCE,
     FINER_SHARE,
@@ -440,3 +441,19 @@ def test_two_runs_that_agree_by_chance_are_not_taken_for_right() -> None:
 def test_scenes_that_were_once_missed_without_a_word(seed, index, accuracy, once):
     """Each for another reason."""
     require_kept(seed, index, "extrapolated-euler", accuracy, (1e-9, 1e-3 * accuracy))
+
+
+def test_runs_that_ticks_or_dry_friction_cut_have_a_wider_bound() -> None:
+    """Their difference counts more, at any distance of the levels; of other runs as before."""
+    robot, usual = hp.load_robot("kharagpur"), resolve_method("ndf", 1e-4, None, None)
+    motor = hp.Motor(stall_torque=5.0, no_load_speed=6.0, dry_friction=0.1)
+    plain = hp.Scene(robot)
+    dry = hp.Scene(robot, servo=hp.Servo(kp=60.0, kd=1.2, motor=motor))
+    assert not usual.for_scene(plain).slow_decay
+    assert usual.for_scene(plain, feedback=True).slow_decay
+    assert usual.for_scene(dry).slow_decay
+    for finer in (4, 8):
+        wide, narrow = (Comparison(0, finer, 0.5, slow=slow) for slow in (True, False))
+        assert wide.error_ratio == pytest.approx(1.75)
+        assert narrow.error_ratio == pytest.approx(0.5 * FINER_SHARE[finer])
+        assert narrow.kept and not wide.kept

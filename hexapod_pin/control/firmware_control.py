@@ -164,8 +164,7 @@ class FirmwareControl:
 
     def start_key(self, scene: Any) -> str:
         """Return a key of all that the firmware depends on: scenes of equal keys run together."""
-        key = _robot_key(_robot("start_key", scene))
-        return digest(f"{key} {scene.servos.model_dump_json()}")
+        return _drives_key(_robot("start_key", scene), scene.servos)
 
     def start(self, scene: Any, batch: int) -> dict[str, Any]:
         """Return the memory before the first pass of `batch` runs in lock-step.
@@ -255,7 +254,7 @@ class FirmwareControl:
 
     def _prepared(self, robot: Robot, servo: Servo) -> str:
         """Return the key of what drives a robot's joints, which is then at hand."""
-        key = digest(f"{_robot_key(robot)} {servo.model_dump_json()}")
+        key = _drives_key(robot, servo)
         _kept(self._drives, key, lambda: self._make(robot, servo))
         return key
 
@@ -288,6 +287,11 @@ class FirmwareControl:
 def _robot_key(robot: Any) -> str:
     """Return a key of all that a motion depends on."""
     return digest(f"{robot.digest} {robot.posture} {robot.feet}")
+
+
+def _drives_key(robot: Any, servo: Servo) -> str:
+    """Return a key of all that motion and drives depend on."""
+    return digest(f"{_robot_key(robot)} {servo.model_dump_json()}")
 
 
 def _robot(call: str, scene: Any) -> Any:

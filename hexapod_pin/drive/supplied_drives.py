@@ -30,7 +30,7 @@ from hexapod_pin.errors import ParameterError
 from hexapod_pin.immutable import Immutable
 
 ITERATIONS = 80
-"""Of the voltage at most: Newton's method within a bracket that at least halves."""
+"""Of the voltage at most: Newton's method, and bisection where that leaves its bracket."""
 
 CLOSE = 1e-14
 """Share of the full voltage to which it is found [-]."""
@@ -134,7 +134,7 @@ class SuppliedDrives:
     def command(self, duty: Array, speed: Array, memory: Memory, step: float) -> tuple[
         Array, Array, Memory
     ]:  # fmt: skip
-        """Return what the drives are told at a pass, and the memory after it.
+        """Return what the drives are commanded at a pass, and the memory after it.
 
         Args:
             duty: wanted duty cycles (B, n) [-].
@@ -256,9 +256,7 @@ class SuppliedDrives:
             found["drawn"] = memory["drawn"] + step * mean
         if self.heat:
             first, last = (self._current(share, duty, v, heat, off) for v in ends)
-            square = (
-                first**2 + first * last + last**2
-            ) / 3.0  # of a current that is linear in time
+            square = (first**2 + first * last + last**2) / 3.0  # mean, of a current linear in time
             # `warmed` counts the current of the cold motor at the same torque
             cold = square * flux(self._winding, heat[..., 1]) ** 2
             found["heat"] = warmed(self._winding, cold, heat, step, self._ambient)

@@ -27,7 +27,7 @@ FINER_SHARE = {4: 0.9, 6: 0.3, 8: 0.2}
 SLOW_SHARE = 3.5
 """Error of the finer of two runs over their difference, at most [-], where errors may fall more
 slowly than tolerances. In 40 scenes with firmware, gear friction and backlash (seed 784359215) it
-was 0.7 in `ndf` and 3.1 in `extrapolated-euler`: both runs have missed the same short slip."""
+was at most 0.7 in `ndf` and 3.1 in `extrapolated-euler`; why is not known."""
 
 USUAL_DECAY = 10.0 ** (-1.0 / LEVELS_PER_DECADE)
 """Error of a run over that of one a level coarser: it follows the tolerance [-]."""
