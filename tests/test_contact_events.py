@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -118,6 +120,74 @@ def test_a_block_crosses_the_edge_of_a_patch(method: str) -> None:
     expected = edge + speed * left - 0.5 * 0.15 * G * left**2
     trace = run(scene, start, end, method, accuracy)
     assert trace.q[-1, 0] == pytest.approx(expected, rel=0, abs=accuracy)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_block_comes_back_over_the_edge_of_a_patch(method: str) -> None:
+    """Against SciPy: it crosses at x = 0.1 m, and is back 0.01 mm behind that.
+
+    On tilted ground; crossing at the edge itself would be 1e-6 m away.
+    """
+    edge, width, pull, accuracy = 0.1, 1e-5, 2.0, 1e-8  # m, m, m/s^2
+    robot = bodies.particle()
+    patch = hp.terrain.Patch(low=(edge, -1.0), high=(5.0, 1.0), friction=0.2)
+    scene = replace(
+        bodies.on_ground(
+            robot, ELASTIC, friction=hp.contact.TanhCoulomb(mu=0.1, slope=100.0),
+            terrain=hp.terrain.PatchedGround(ground=hp.Flat(), patches=(patch,)),
+        ), gravity=(-pull, 0.0, -G),
+    )  # fmt: skip
+    start = bodies.state(robot, (0.0, 0.0, -((G / ELASTIC.stiffness) ** (2 / 3))), (1.0, 0.0, 0.0))
+    x, v, t, found = 0.0, 1.0, 0.0, []
+    for mu, until, sign in ((0.1, edge, 1.0), (0.02, edge - width, -1.0), (0.1, -9.0, -1.0)):
+
+        def there(_: float, y: Any, until: float = until) -> float:
+            return y[0] - until
+
+        there.terminal, there.direction = True, sign  # type: ignore[attr-defined]
+        part = solve_ivp(
+            lambda _, y, mu=mu: (y[1], -pull - mu * G * math.tanh(100.0 * y[1])), (t, 1.0), (x, v),
+            events=there, rtol=1e-12, atol=1e-14,
+        )  # fmt: skip
+        t, (x, v) = part.t[-1], part.y[:, -1]
+        found.append(t)
+    assert found[0] < 0.2 < found[1] < 0.95
+    trace = run(scene, start, 1.0, method, accuracy)
+    assert trace.q[-1, 0] == pytest.approx(x, rel=0, abs=2.0 * accuracy)
+
+
+def test_feet_that_stand_on_the_edges_of_patches() -> None:
+    """Middle feet on an edge, which soft ground on either side drives to the other.
+
+    Two methods agree, a cut run has the bits of a whole one, and switches do not pile up: there
+    were thousands before a foot's way back had a width.
+    """
+    rng, size = np.random.default_rng(5), 0.2
+    corners = [(x, y) for x in (-0.4, -0.2, 0.0, 0.2) for y in (-0.4, -0.2, 0.0, 0.2)]
+    patches = tuple(
+        hp.terrain.Patch(
+            low=(x, y), high=(x + size, y + size), stiffness=10 ** rng.uniform(-1.7, 0)
+        )
+        for x, y in corners
+    )
+    scene = hp.Scene(
+        hp.load_robot("kharagpur"), contact=hp.Contact.preset("accurate"),
+        terrain=hp.terrain.PatchedGround(ground=hp.Flat(), patches=patches),
+    )  # fmt: skip
+    control = hp.KinematicControl(hp.Gait.tripod(stroke=0.04, cycle_time=1.5))
+
+    def walk(duration: float, **how: Any) -> hp.Trace:
+        return hp.simulate(scene, control, duration=duration, sample=0.01, estimate=False, **how)
+
+    truth = walk(0.2, method="dop853", accuracy=1e-8)
+    fine, whole = walk(0.2, method="ndf", accuracy=1e-8), walk(0.2, method="ndf", accuracy=1e-4)
+    np.testing.assert_allclose(fine.q, truth.q, rtol=0, atol=1e-7)
+    np.testing.assert_allclose(whole.q, truth.q, rtol=0, atol=1e-4)
+    assert whole.counters["events"] < 100
+    for cut in (0.01, 0.05):  # s, within what the feet do at first
+        first = walk(cut, method="dop853", accuracy=1e-8)
+        rest = walk(0.2 - cut, method="dop853", accuracy=1e-8, initial=first.checkpoint)
+        np.testing.assert_array_equal(rest.q[-1], truth.q[-1])
 
 
 def shaken(t0: float, z0: float, v0: float, rate: float, ground: tuple[float, float]) -> Motion:

@@ -136,7 +136,7 @@ def test_a_run_cut_where_two_faces_hold_has_the_bits_of_one_without_a_cut(how):
         rest = round(0.3 - cut, 3)
         second = rolled(FALLS[0], duration=rest, initial=first.checkpoint, **how)
         assert np.array_equal(np.concatenate([first.q, second.q[1:]]), whole.q)
-        assert first.checkpoint.contacts.shape == (2, 10)
+        assert first.checkpoint.contacts.shape == (2, 12)
 
 
 def test_a_checkpoint_without_faces_is_taken() -> None:
@@ -149,6 +149,9 @@ def test_a_checkpoint_without_faces_is_taken() -> None:
     mixed = {**kept, "contacts": [kept["contacts"][0], kept["contacts"][1][:6]]}
     with refused(hp.errors.StateError, about=("checkpoint.contacts",)):
         hp.results.Checkpoint.from_dict(mixed)
+    other = {**kept, "contacts": [[*row[:10], 3.0, row[11]] for row in kept["contacts"]]}
+    with refused(hp.errors.ParameterError, "initial", about=("a patch",)):
+        rolled(FALLS[0], duration=0.05, initial=hp.results.Checkpoint.from_dict(other), step=1e-4)
     short = {**kept, "contacts": [row[:5] for row in kept["contacts"]]}
-    with refused(hp.errors.ParameterError, "checkpoint.contacts[0]", allowed=(10,)):
+    with refused(hp.errors.ParameterError, "checkpoint.contacts[0]", allowed=(12,)):
         hp.results.Checkpoint.from_dict(short)

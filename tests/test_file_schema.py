@@ -187,7 +187,7 @@ def test_a_summary_that_breaks_its_schema_is_refused(about, trace, tmp_path):
         ({"time": 1e300}, "checkpoint.time", "1e+300", (1e150,)),
         ({"q": [0.0] * 25}, "checkpoint.q", ANY, (1,)),
         ({"v": [0.0]}, "checkpoint", ANY, (24, 25)),
-        ({"contacts": [[0.0]]}, "checkpoint.contacts[0]", "[0.0]", (10, 6)),
+        ({"contacts": [[0.0]]}, "checkpoint.contacts[0]", "[0.0]", (12, 6)),
         ({"controller": ["x"]}, "checkpoint.controller[0]", "'x'", ()),
         ({"other": 1}, "checkpoint.other", "1", ()),
     ],

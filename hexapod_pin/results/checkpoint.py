@@ -38,8 +38,10 @@ class Checkpoint(Immutable):
         q: configuration, Pinocchio order (base m and quaternion xyzw, joints rad). Shape (nq,).
         v: velocity (base twist in body axes m/s and rad/s, joints rad/s). Shape (nv,).
         contacts: per contact: touch speed [m/s], stretch of the bristle, world axes [m] (3),
-            touching, sliding (0 or 1), normal of the face it stands on [-] (3), 0: not known, and
-            the gap to it [m]. Shape (C, 10); (C, 6), without the faces, is taken too.
+            touching, sliding (0 or 1), normal of the face it stands on [-] (3), 0: not known, the
+            gap to it [m], and the indices of the patch it stands on and of the one it has come
+            from: -1 beside all patches, -2 none, -3 not known. Shape (C, 12); (C, 6), without the
+            faces and patches, is taken too.
         controller: what an adaptive method's next step depends on; empty where there is none.
         command: the command that acts: its time and arrival [s], and 1 if it is a cubic, 0 if not;
             angles from and to [rad], rates at both ends [rad/s], torque [N m], a row each; empty
@@ -236,8 +238,8 @@ def _configuration(values: list[float], info: ValidationInfo) -> list[float]:
 
 
 def _memory(values: list[float]) -> list[float]:
-    if len(values) not in (6, 10):
-        raise ValueError("10 numbers, or 6 without the face that it stands on")
+    if len(values) not in (6, 12):
+        raise ValueError("12 numbers, or 6 without the face and patch that it stands on")
     return values
 
 

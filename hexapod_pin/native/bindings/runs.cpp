@@ -49,7 +49,14 @@ void check_start(const PlantSettings& s, const Checkpoint& from) {
   const Eigen::Index contacts = Eigen::Index(s.mounts.size()) * s.terrain.max_contacts();
   const bool wide = from.contacts.cols() == kMemoryColumns || from.contacts.cols() == kMemoryColumnsWithoutFace;
   if (from.contacts.rows() != 0 && (from.contacts.rows() != contacts || !wide))
-    throw std::invalid_argument("contact memories must be (contacts, 10), or (contacts, 6)");
+    throw std::invalid_argument("contact memories must be (contacts, 12), or (contacts, 6)");
+  if (from.contacts.cols() == kMemoryColumns) {
+    const auto patches = from.contacts.rightCols(2).array();
+    const double most = double(s.terrain.patches.size());
+    if (!(patches == patches.round() && patches >= double(kUnseenPatch) && patches < most).all() ||
+        !(patches.col(0) >= -1.0).all())
+      throw std::invalid_argument("contact memories name a patch that the ground does not have");
+  }
   if (from.impulse.rows() != 0 && (from.impulse.rows() != contacts || from.impulse.cols() != 3))
     throw std::invalid_argument("impulses must be (contacts, 3)");
   if (from.command.rows() != 0 && (from.command.rows() != 6 || from.command.cols() < tree.nv - 6))

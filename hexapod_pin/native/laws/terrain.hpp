@@ -35,6 +35,10 @@ struct Patch {  // a rectangle of another ground, world axes
   }
 };
 
+// A foot that has crossed an edge is back where it came from when it is so far beyond it, m: where the ground
+// on either side drives it to the other, it switches at the pace of this way and not without end.
+constexpr double kEdgeWidth = 1e-5;
+
 struct Terrain {
   std::variant<Plane, Profile, HeightField> shape;
   std::vector<Patch> patches;
@@ -62,6 +66,21 @@ struct Terrain {
     for (std::size_t k = 0; k < patches.size(); ++k)
       if (patches[k].depth(x, y) >= 0.0) return int(k);
     return -1;
+  }
+
+  // The same of a foot that stands on a patch and has come from another, by their indices.
+  int patch_after(int from, int left, double x, double y) const {
+    const int now = patch_at(x, y);
+    if (now != left || now == from) return now;
+    return signed_depth(from, now, x, y) < -kEdgeWidth ? now : from;
+  }
+
+  // Depth in the patch that decides between two of them, the first in the list; above zero on the side of
+  // `from`, m.
+  double signed_depth(int from, int to, double x, double y) const {
+    const bool leaves = to < 0 || (from >= 0 && from < to);
+    const double depth = patches[std::size_t(leaves ? from : to)].depth(x, y);
+    return leaves ? depth : -depth;
   }
 
   std::pair<double, double> patch_factors(int patch) const {  // friction, stiffness

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "methods/release_scan.hpp"
 #include "methods/switch_root.hpp"
@@ -86,7 +85,7 @@ inline bool ContactEvents<PlantT>::near_switch() const {
     if (!patches_) continue;
     if (end_[i].patch != flow_.plant.feet[i].memory.patch) return true;
     for (const Patch& patch : flow_.plant.terrain.patches)
-      if (std::abs(patch.depth(end_[i].x, end_[i].y)) < place) return true;
+      if (std::abs(patch.depth(end_[i].x, end_[i].y)) < place + kEdgeWidth) return true;
   }
   return false;
 }
@@ -130,7 +129,7 @@ inline void ContactEvents<PlantT>::look(std::vector<Look>& at) const {
     }
     if (!patches_) continue;
     now.x = plant.center(foot).x(), now.y = plant.center(foot).y();
-    now.patch = plant.terrain.patch_at(now.x, now.y);
+    now.patch = plant.terrain.patch_after(foot.memory.patch, foot.memory.left, now.x, now.y);
   }
 }
 
@@ -152,8 +151,11 @@ inline bool ContactEvents<PlantT>::find_first(const std::vector<Look>& end, doub
     const int patch = plant.feet[i].memory.patch;
     if (patches_ && end[i].patch != patch) {
       any = true;
-      const auto [before, after] = edge_margins(patch, start_[i], end[i]);
-      offer(i, kPatch, before, after, patch_jump(patch, end[i]), h, most, first);
+      const double beyond = end[i].patch == plant.feet[i].memory.left ? kEdgeWidth : 0.0;
+      const auto margin = [&](const Look& at) {
+        return beyond + plant.terrain.signed_depth(patch, end[i].patch, at.x, at.y);
+      };
+      offer(i, kPatch, margin(start_[i]), margin(end[i]), patch_jump(patch, end[i]), h, most, first);
     }
   }
   return any;
@@ -174,15 +176,6 @@ inline double ContactEvents<PlantT>::patch_jump(int from, const Look& end) const
   const auto [mu_new, k_new] = terrain.patch_factors(end.patch);
   const double mu = flow_.plant.law.friction.largest_coefficient();
   return end.normal_force * (mu * std::abs(mu_new - mu_old) + std::abs(k_new - k_old) / k_old);
-}
-
-template <class PlantT>
-inline std::pair<double, double> ContactEvents<PlantT>::edge_margins(
-    int from, const Look& start, const Look& end) const {
-  const bool leaves = end.patch < 0 || (from >= 0 && from < end.patch);
-  const Patch& edge = flow_.plant.terrain.patches[std::size_t(leaves ? from : end.patch)];
-  const double sign = leaves ? 1.0 : -1.0;
-  return {sign * edge.depth(start.x, start.y), sign * edge.depth(end.x, end.y)};
 }
 
 template <class PlantT>

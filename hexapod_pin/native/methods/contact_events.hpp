@@ -90,9 +90,6 @@ class ContactEvents {
 
   double patch_jump(int from, const Look& end) const;
 
-  // Depths in the patch that decides between two of them, the first in the list; above zero before.
-  std::pair<double, double> edge_margins(int from, const Look& start, const Look& end) const;
-
   // A crossing of contact i, of a switch with these values at both ends of h.
   void offer(std::size_t i, Kind kind, double before, double after, double jump, double h, double most,
              Crossing& first) const;

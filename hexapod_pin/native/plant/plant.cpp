@@ -227,7 +227,13 @@ inline void Plant<SystemT>::update_pieces() {
   for (Contact& foot : feet) {
     const ContactMemory old = foot.memory;
     if (!terrain.patches.empty()) {
-      foot.memory.patch = terrain.patch_at(center(foot).x(), center(foot).y());
+      ContactMemory& m = foot.memory;
+      const double x = center(foot).x(), y = center(foot).y();
+      const bool known = foot.active && m.left != kUnseenPatch;
+      const int now = known ? terrain.patch_after(m.patch, m.left, x, y) : terrain.patch_at(x, y);
+      if (!known) m.left = kNoPatch;
+      else if (now != m.patch) m.left = m.patch;
+      m.patch = now;
       std::tie(foot.mu_scale, foot.k_scale) = terrain.patch_factors(foot.memory.patch);
     }
     if (law.friction.has_bristle())

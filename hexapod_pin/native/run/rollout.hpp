@@ -21,7 +21,7 @@ namespace hexapod {
 
 constexpr double kDivergedSpeed = 1e4;  // rad/s and m/s: beyond it a run has diverged
 
-constexpr int kMemoryColumns = 10, kMemoryColumnsWithoutFace = 6;  // of a checkpoint's contacts
+constexpr int kMemoryColumns = 12, kMemoryColumnsWithoutFace = 6;  // of a checkpoint's contacts
 
 // A run at one time: all that its continuation depends on.
 struct Checkpoint {

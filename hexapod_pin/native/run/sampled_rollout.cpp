@@ -272,7 +272,8 @@ inline RowMatrix SampledRollout<PlantT>::contact_memories() const {
   for (std::size_t i = 0; i < plant_.feet.size(); ++i) {
     const ContactMemory& m = plant_.feet[i].memory;
     rows.row(i) << m.touch_speed, m.stretch.x(), m.stretch.y(), m.stretch.z(),
-        double(m.touching), double(m.sliding), m.face.x(), m.face.y(), m.face.z(), m.face_gap;
+        double(m.touching), double(m.sliding), m.face.x(), m.face.y(), m.face.z(), m.face_gap,
+        double(m.patch), double(m.left);
   }
   return rows;
 }
@@ -285,6 +286,7 @@ inline void SampledRollout<PlantT>::restore_memories(const RowMatrix& rows) {
     if (rows.cols() < kMemoryColumns) continue;
     m.face = rows.row(i).segment<3>(6).transpose();
     m.face_gap = rows(i, 9);
+    m.patch = int(rows(i, 10)), m.left = int(rows(i, 11));
   }
 }
 
