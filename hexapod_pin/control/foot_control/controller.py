@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hexapod_pin.arguments import checked, every_step
 from hexapod_pin.arrays import digest
@@ -21,6 +22,8 @@ from hexapod_pin.control.foot_control.law import (
 from hexapod_pin.control.foot_control.leg_model import (
     PlannedWalk,
     first_posture,
+    known_joints,
+    known_scene,
     leg_chains,
     once,
 )
@@ -61,6 +64,8 @@ class ReadyLaw:
         walk: the plan.
         six: the legs.
         lead: from a tick until its command has arrived [s].
+        joints: of the robot that it knows, indices of those of the scene's. Shape (m,).
+        count: how many joints the scene's robot has.
         joint_names: for messages.
         foot_names: for messages.
     """
@@ -69,6 +74,8 @@ class ReadyLaw:
     walk: PlannedWalk
     six: LegGroup
     lead: float
+    joints: NDArray[np.intp]
+    count: int
     joint_names: tuple[str, ...]
     foot_names: tuple[str, ...]
 
@@ -87,7 +94,7 @@ class ReadyLaw:
         self.walk.reach(time + self.lead)
         targets, after = np.empty((len(memory), 6, TARGET_SIZE)), np.empty_like(memory)
         q, v, torque, rotation, rate, acceleration, force = (
-            np.ascontiguousarray(getattr(m, name)) for name in FIELDS
+            np.ascontiguousarray(self._known(name, m)) for name in FIELDS
         )
         row, (field, place) = self.law.update(
             self.walk.table, time, q, v, torque, rotation, rate, acceleration, force,
@@ -96,6 +103,12 @@ class ReadyLaw:
         if row >= 0:
             raise self._fault(m, int(row), FIELDS[field], int(place))
         return targets, after
+
+    def _known(self, name: str, m: Measurement) -> Array:
+        """Return a reading, of the joints that the controller knows."""
+        reading: Array = getattr(m, name)
+        whole = name not in ("q", "v", "torque") or len(self.joints) == self.count
+        return reading if whole else reading[:, self.joints]
 
     def set_points(self, time: float, targets: Array) -> tuple[Array, Array]:
         """Return joint angles [rad] and rates [rad/s] for the targets of a tick. (B, n) each.
@@ -112,7 +125,15 @@ class ReadyLaw:
             q = np.concatenate([self._within_reach(time, row) for row in feet])
         v = np.zeros_like(q)
         self.law.set_points(targets, q, v)
-        return q, v
+        return self._of_all(q), self._of_all(v)
+
+    def _of_all(self, values: Array) -> Array:
+        """Return values (B, m) of the known joints with 0 for the gaps of gears. (B, n)."""
+        if len(self.joints) == self.count:
+            return values
+        found = np.zeros((len(values), self.count))
+        found[:, self.joints] = values
+        return found
 
     def _within_reach(self, time: float, feet: Array) -> Array:
         """Return the angles (1, n) of one robot, legs out of reach nearer to their plan."""
@@ -135,7 +156,7 @@ class ReadyLaw:
             of = f" of {self.foot_names[place // 3]}"
         else:
             of = f" of {names[field][place]}" if field in names else ""
-        value = np.asarray(getattr(m, field))[row].ravel()[place]
+        value = self._known(field, m)[row].ravel()[place]
         return SensorError(f"{field}{of}", float(value), m.time, row)
 
 
@@ -151,6 +172,8 @@ def ready_law(control: FootControl, scene: Any, *, refuse: bool = True) -> Ready
         ParameterError: a leg without servo stiffness, or gains that make the loop unstable.
         GaitError, ReachError: the robot cannot walk the plan.
     """
+    joints, count = known_joints(scene.robot), len(scene.robot.joint_names)
+    scene = known_scene(scene)
     robot, six = scene.robot, leg_group(scene.robot)
     for servo in (scene.servos, assumed_servo(control, scene)):
         stiffness = servo.gains(robot)[0][six.joint_index]
@@ -168,6 +191,8 @@ def ready_law(control: FootControl, scene: Any, *, refuse: bool = True) -> Ready
         walk=PlannedWalk(robot, control.walk),
         six=six,
         lead=lead,
+        joints=joints,
+        count=count,
         joint_names=tuple(robot.joint_names),
         foot_names=tuple(foot.name for foot in robot.feet),
     )
@@ -231,8 +256,11 @@ class FootControl(ControlParts):
                 walk the plan.
         """
         _require_scene("FootControl.posture", scene)
-        require_six_of_three(scene.robot, "FootControl", held=False)
-        return first_posture(scene.robot, self.walk)
+        known = known_scene(scene).robot
+        require_six_of_three(known, "FootControl", held=False)
+        angles = np.zeros(len(scene.robot.joint_names))
+        angles[known_joints(scene.robot)] = first_posture(known, self.walk)
+        return angles
 
     def start_key(self, scene: Any) -> str:
         """Return a key of all that gains depend on: scenes of equal keys can run in lock-step."""
@@ -254,7 +282,7 @@ class FootControl(ControlParts):
         key = self.start_key(scene)
 
         def make() -> ReadyLaw:
-            require_six_of_three(scene.robot, "FootControl", held=False)
+            require_six_of_three(known_scene(scene).robot, "FootControl", held=False)
             return ready_law(self, scene)
 
         return {"scene": key, "memory": once(self._ready, key, make).first_memory(batch)}

@@ -7,14 +7,19 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.control.leg_group import leg_group
 from hexapod_pin.drive.drive_law import armature
-from hexapod_pin.robot.robot import once_per_robot
+from hexapod_pin.robot.loading.backlash import without_backlash
+from hexapod_pin.robot.loading.load_options import LoadOptions
+from hexapod_pin.robot.loading.load_urdf import loaded_text
+from hexapod_pin.robot.robot import once_per_robot, robot_of
 
 if TYPE_CHECKING:
     from hexapod_pin.native import LegChain, WalkTable
@@ -23,6 +28,35 @@ if TYPE_CHECKING:
 
 Key = TypeVar("Key")
 Kept = TypeVar("Kept")
+
+
+def known_scene(scene: Any) -> Any:
+    """Return a scene as its controller knows it: without the free play of the robot's gears.
+
+    Its servos have the gains of the joints that are left.
+    """
+    if not scene.robot.gaps:
+        return scene
+    robot, servo = _known_robot(scene.robot), scene.servos
+    left = known_joints(scene.robot)
+    gains = [tuple(map(float, gain[left])) for gain in servo.gains(scene.robot)]
+    changes = {"kp": gains[0], "kd": gains[1]}
+    return replace(scene, robot=robot, servo=servo.model_copy(update=changes))
+
+
+@once_per_robot
+def known_joints(robot: Robot) -> NDArray[np.intp]:
+    """Return the indices of the joints that a controller knows: all but the gaps of gears. (m,)."""
+    return np.flatnonzero([name not in robot.gaps for name in robot.joint_names])
+
+
+@once_per_robot
+def _known_robot(robot: Robot) -> Robot:
+    """Return a robot without the free play of its gears."""
+    feet = tuple(foot.name for foot in robot.feet)
+    text = without_backlash(robot.urdf, robot.gaps)
+    known = robot_of(loaded_text(text, robot.source, LoadOptions(feet=feet)), robot.source)
+    return replace(known, posture=read_only(robot.posture[known_joints(robot)]))
 
 
 def leg_chains(scene: Any, *, dry_friction: bool = True) -> list[LegChain]:

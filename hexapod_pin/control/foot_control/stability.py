@@ -21,7 +21,7 @@ from hexapod_pin.control.foot_control.law import (
     slip_gains,
     weight_of,
 )
-from hexapod_pin.control.foot_control.leg_model import leg_chains, once
+from hexapod_pin.control.foot_control.leg_model import known_scene, leg_chains, once
 from hexapod_pin.control.foot_control.linear_law import LinearLaw, LinearLoop
 from hexapod_pin.control.foot_control.stance_model import StanceModel
 from hexapod_pin.errors import ParameterError, UnknownNameError
@@ -154,6 +154,7 @@ def spectral_radii(
     if not isinstance(scene.contact.normal, Restitution):
         speeds = speeds[:1]
     law: LinearLaw | None = None
+    scene = known_scene(scene)
     for speed in speeds:
         loop = stance_loop(control, scene, feet, speed)
         law = law or linear_law(control, scene, loop.stance)
@@ -247,6 +248,7 @@ def stable_range(
         UnknownNameError: no such parameter.
         ParameterError: the controller does not have the part.
     """
+    scene = known_scene(scene)
 
     def stable(value: float) -> bool:
         changed = with_parameter(control, parameter, value)

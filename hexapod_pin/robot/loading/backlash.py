@@ -71,6 +71,28 @@ def with_backlash(
     return annotate_urdf(UrdfFile(file.source, text, root), layout), layout
 
 
+def without_backlash(text: str, gaps: Mapping[str, str]) -> str:
+    """Return the annotated text of a robot without the free play of its gears.
+
+    Args:
+        text: of one that `with_backlash` has made.
+        gaps: as of `Robot.gaps`.
+    """
+    root = ET.fromstring(text)
+    joints = {joint.get("name"): joint for joint in root.findall("joint")}
+    links = {link.get("name"): link for link in root.findall("link")}
+    for gap, name in gaps.items():
+        behind, child = joints[gap].find("child"), joints[name].find("child")
+        assert behind is not None and child is not None  # the robot is loaded
+        child.set("link", behind.get("link") or "")
+        root.remove(joints[gap])
+        root.remove(links[name + ROTOR])
+    for stated in list(root.iterfind("hexapod_pin")):
+        for part in [part for part in stated if part.get("joint") in gaps]:
+            stated.remove(part)
+    return ET.tostring(root, encoding="unicode")
+
+
 def _split(root: ET.Element, joint: ET.Element, play: float) -> None:
     """Put a rotor's link and a gap between a joint and its child."""
     name, child, axis = joint.get("name") or "", joint.find("child"), joint.find("axis")
