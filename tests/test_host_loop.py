@@ -186,5 +186,8 @@ def test_refusals_of_a_host() -> None:
         hp.FirmwareControl(hp.FirmwareControl(Chase(), firmware), firmware)
     with pytest.raises(UserCodeError, match=r"Chase\.update"):
         go(replace(Chase(), far="far"))
+    case = hp.Case(hp.Scene(hp.load_robot("kharagpur")), hp.FirmwareControl(Chase(), firmware))
+    with refused(ParameterError, "Case.controller", "Chase"):
+        case.to_toml()
     noisy = go(Chase(sensors=Sensors(q=Sensor(noise=0.01))))
     assert np.abs(noisy.q - go(Chase(sensors=Sensors())).q).max() > 1e-5  # the host reads them

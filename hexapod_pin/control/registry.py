@@ -154,6 +154,10 @@ _READERS: dict[str, Reader] = {
 }
 
 
+FOLLOWERS = ("firmware", "foot-control")
+"""Kinds that follow another controller, their `walk`."""
+
+
 @checked
 def register_controller(kind: str, reader: Reader) -> None:
     """Make controllers of a class of your own readable, so that cases with them can be saved.
@@ -225,6 +229,8 @@ def controller_to_dict(controller: Any) -> dict[str, Any]:
             'Give it one that returns its settings with the key "kind", and register_controller.',
         )  # fmt: skip
     data = dict(write())
+    if data.get("kind") in FOLLOWERS:
+        controller_to_dict(controller.walk)
     if _reader(data.get("kind")) is None:
         raise ParameterError(
             "Case.controller", name, "a controller that can be read back",
