@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from hexapod_pin.results.run_record import Numerics, RobotFacts, RunRecord, WalkFacts
+from hexapod_pin.results.samples import ENERGIES
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.results.trace_layout import ENERGIES
 
 LEGS = ("lf", "lm", "lr", "rf", "rm", "rr")
 JOINTS = tuple(f"{leg}_{part}_joint" for leg in LEGS for part in ("coxa", "femur", "tibia"))

@@ -15,9 +15,9 @@ from synthetic import FEET, JOINTS, WEIGHT, synthetic_trace, with_run
 
 from hexapod_pin.errors import ParameterError, TraceFileError, UnknownNameError
 from hexapod_pin.results.result_files import Column, Group, read_netcdf, write_netcdf
+from hexapod_pin.results.samples import ENERGIES
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.trace_file import load_trace
-from hexapod_pin.results.trace_layout import ENERGIES
 
 
 @pytest.fixture

@@ -27,10 +27,9 @@ from hexapod_pin.file_schema import (
     check_names,
     json_object,
 )
-from hexapod_pin.results.result_files import Column, Group, require_schema, write_netcdf
+from hexapod_pin.results.result_files import Column, Group, described, require_schema, write_netcdf
 from hexapod_pin.results.run_record import Facts
 from hexapod_pin.results.schema import Record, require_known, schema
-from hexapod_pin.results.trace_layout import described
 
 if TYPE_CHECKING:
     from typing_extensions import Self

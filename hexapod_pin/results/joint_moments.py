@@ -18,7 +18,7 @@ from hexapod_pin.arrays import Array, protect
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.recorded_robot import RecordedRobot
-from hexapod_pin.results.schema import require_known
+from hexapod_pin.results.samples import JointNames
 from hexapod_pin.results.stability_margins import at_middles, contact_points
 from hexapod_pin.results.steady_window import steady_window
 from hexapod_pin.results.trace import Trace
@@ -30,7 +30,7 @@ Indices = NDArray[np.intp]
 
 
 @dataclass(frozen=True, eq=False)
-class JointMoments(Immutable):
+class JointMoments(JointNames, Immutable):
     """Moments at the joints, means over K sampling intervals; n joints.
 
     A trace's foot forces are means over the interval that ends at their sample. So the equations of
@@ -76,15 +76,6 @@ class JointMoments(Immutable):
     def agreement(self) -> float:
         """RMS of `axis_residual` over the RMS of `motor_torque`, all joints and intervals [-]."""
         return float(np.linalg.norm(self.axis_residual) / np.linalg.norm(self.motor_torque))
-
-    def joint(self, name: str) -> int:
-        """Return the index of a joint.
-
-        Raises:
-            UnknownNameError: there is no such joint.
-        """
-        require_known("joint", name, self.joint_names)
-        return self.joint_names.index(name)
 
 
 @checked

@@ -9,14 +9,14 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.results.result_files import Column
-from hexapod_pin.results.schema import Record, quantity, require_known, schema
-from hexapod_pin.results.trace_layout import BASE_Q, BASE_V
+from hexapod_pin.results.samples import BASE_Q, BASE_V, StateNames
+from hexapod_pin.results.schema import Record, quantity, schema
 
 PREFIX = "peak_"
 """Begins the names of these arrays among those of a trace."""
 
 
-class PeakStates(Record):  # noqa: PLW1641  # no record has a hash
+class PeakStates(StateNames, Record):  # noqa: PLW1641  # no record has a hash
     """The state at the instant of each joint's `Summary.torque_peak`: n peaks, n joints, F feet.
 
     Peaks are those of integration steps, which may lie between two samples. Without a whole cycle
@@ -48,25 +48,6 @@ class PeakStates(Record):  # noqa: PLW1641  # no record has a hash
     foot_force: Array = quantity("peak foot axis", "N",
         "force on the robot at the feet, world axes, at that time")
     # fmt: on
-
-    @property
-    def q_names(self) -> tuple[str, ...]:
-        """The names of the coordinates in a row of `q`."""
-        return (*BASE_Q, *self.joint_names)
-
-    @property
-    def v_names(self) -> tuple[str, ...]:
-        """The names of the velocities in a row of `v`."""
-        return (*BASE_V, *self.joint_names)
-
-    def joint(self, name: str) -> int:
-        """Return the row of a joint's peak.
-
-        Raises:
-            UnknownNameError: there is no such joint.
-        """
-        require_known("joint", name, self.joint_names)
-        return self.joint_names.index(name)
 
     @property
     def prefixed(self) -> dict[str, Array]:

@@ -46,6 +46,11 @@ class Column(NamedTuple):
     attributes: Mapping[str, str]  # "units", "long_name", ...
 
 
+def described(units: str, meaning: str) -> dict[str, str]:
+    """Return the attributes of a column."""
+    return {"units": units, "long_name": meaning}
+
+
 class Group(NamedTuple):
     """What one group of a file holds; its axes are its own."""
 

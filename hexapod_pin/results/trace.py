@@ -5,54 +5,53 @@ A `Trace` knows neither the simulator that made it nor the viewers that show it.
 
 from __future__ import annotations
 
+import csv
+import gzip
+import hashlib
+import io
 import json
-from collections.abc import Collection, Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import field
+from itertools import product
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
-from hexapod_pin.arrays import Array, read_only
+from hexapod_pin.arrays import Array
 from hexapod_pin.atomic_file import write_atomically
-from hexapod_pin.errors import NotRecordedError, ParameterError
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.foreign_text import csv_cell, encoded
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.error_estimate import QUANTITIES, ErrorEstimate
 from hexapod_pin.results.peak_states import PeakStates
-from hexapod_pin.results.requested_samples import RequestedSamples
-from hexapod_pin.results.result_files import CSV, NETCDF, Column, Group, check_ending, write_netcdf
-from hexapod_pin.results.run_facts import ALWAYS, GROUP_OF, GROUPS, ON_REQUEST, USUAL
-from hexapod_pin.results.run_record import UNKNOWN, Event, JointLimits, RunRecord
-from hexapod_pin.results.schema import Record, quantity, require_known, schema
-from hexapod_pin.results.summary import Summary
-from hexapod_pin.results.trace_csv import csv_bytes, sampled_table
-from hexapod_pin.results.trace_layout import (
-    BASE_Q,
-    BASE_V,
-    ENERGIES,
-    LOSSES,
-    SCHEMA,
-    SCHEMA_VERSION,
-    STATE_ENERGIES,
+from hexapod_pin.results.result_files import (
+    CSV,
+    NETCDF,
+    Column,
+    Group,
+    check_ending,
     described,
-    digest_of,
-    frozen,
+    ending,
+    write_netcdf,
 )
+from hexapod_pin.results.run_facts import USUAL
+from hexapod_pin.results.run_record import UNKNOWN, Event, JointLimits, RunRecord
+from hexapod_pin.results.samples import RobotSamples
+from hexapod_pin.results.schema import schema
+from hexapod_pin.results.summary import Summary
 from hexapod_pin.shown import drawn
 
 if TYPE_CHECKING:
     import pandas
     import xarray
 
-LATEST_SAMPLE = 1e10
-"""Of a sample's time [s]: three centuries."""
-
-UP = read_only((0.0, 0.0, 1.0))
-"""The ground's normal where it is level."""
+SCHEMA = "hexapod_pin.trace"
+SCHEMA_VERSION = 1
 
 
-class Trace(Record):  # noqa: PLW1641  # no record has a hash
+class Trace(RobotSamples):  # noqa: PLW1641  # no record has a hash
     """Samples of a simulation: T times, n joints, F feet; SI units, radians.
 
     Arrays are read-only, copied where they were not. Two traces are equal when every bit is,
@@ -85,98 +84,19 @@ class Trace(Record):  # noqa: PLW1641  # no record has a hash
             missing.
     """
 
-    AXES: ClassVar[Mapping[str, str | tuple[str, ...]]] = {
-        "time": "time", "q_name": "q_names", "v_name": "v_names", "joint": "joint_names",
-        "foot": "foot_names", "axis": ("x", "y", "z"),
-    }  # fmt: skip
-
-    # fmt: off
-    time: Array = quantity("time", "s", "time since the start of the simulation",
-        least=0.0, most=LATEST_SAMPLE, ascending=True, nan=False)
-    q: Array = quantity("time q_name", "m, 1, rad",
-        "base position in the world, quaternion xyzw, joints", unit_vector=(3, 7), nan=False)
-    v: Array = quantity("time v_name", "m/s, rad/s",
-        "base twist in body axes (linear, angular), joints", nan=False)
-    torque: Array = quantity("time joint", "N m", "torque applied by the servos", nan=False)
-    q_ref: Array = quantity("time joint", "rad", "joint angle set-points", nan=False)
-    v_ref: Array = quantity("time joint", "rad/s", "joint rate set-points", nan=False)
-    foot_position: Array = quantity("time foot axis", "m",
-        "centres of the foot spheres, world axes", nan=False)
-    foot_force: Array = quantity("time foot axis", "N",
-        "force on the robot at the feet, world axes", nan=False)
-    foot_gap: Array = quantity("time foot", "m",
-        "lowest point of the foot to the ground, < 0 pressed in", nan=False)
-    com: Array = quantity("time axis", "m", "centre of mass, world axes", nan=False)
-    energy: Mapping[str, Array]
-    counters: Mapping[str, int | float]
-    joint_names: tuple[str, ...]
-    foot_names: tuple[str, ...]
+    counters: Mapping[str, int | float] = field(kw_only=True)
     run: RunRecord = UNKNOWN
-    foot_normal: Array = quantity("time foot axis", "1",
-        "ground normal under the feet, world axes", unit_vector=(0, 3), nan=False,
-        default_factory=lambda: UP)
-    foot_impulse: Array | None = quantity("time foot axis", "N s",
-        "of the foot forces since the sample before, world axes", nan=False, default=None)
     error: ErrorEstimate | None = None
     gathered: Summary | None = None
     peaks: PeakStates | None = None
-    requested: RequestedSamples | None = None
-    # fmt: on
-
-    _may_be_none: ClassVar[Collection[str]] = [name for g in USUAL for name in GROUPS[g]]
 
     def __post_init__(self) -> None:
         """Check shapes, copy, and make read-only."""
-        self._hold_forces()
-        self._leave_out()
-        if np.ndim(self.time) != 1 or not len(self.time):
-            raise ParameterError("Trace.time", np.shape(self.time), "a 1-D array of >= 1 times [s]")
-        if "contacts" in self.recorded and np.shape(self.foot_normal) == (3,):
-            shape = (len(self.time), len(self.foot_names), 3)
-            object.__setattr__(self, "foot_normal", np.broadcast_to(self.foot_normal, shape))
         super().__post_init__()
-        if "energy" in self.recorded:
-            object.__setattr__(self, "energy", self._frozen_energy())
         counters = {name: np.asarray(value).item() for name, value in self.counters.items()}
         object.__setattr__(self, "counters", MappingProxyType(counters))
-        if self.requested is not None and self.requested.count != len(self.time):
-            raise ParameterError("Trace.requested", self.requested.count, "one row per sample")
         if self.error is not None and self.error.place.shape != self.time.shape:
             raise ParameterError("Trace.error", self.error.place.shape, "one row per sample")
-        if np.any(np.diff(self.time) <= 0.0) or not np.all(np.isfinite(self.time)):
-            raise ParameterError("Trace.time", self.time, "finite and strictly increasing [s]")
-
-    def _hold_forces(self) -> None:
-        """Take impulses that are not given from the forces at the samples."""
-        if self.foot_impulse is not None or self.foot_force is None:
-            return
-        if np.ndim(self.foot_force) != 3 or len(self.foot_force) != np.size(self.time):
-            return  # the check of shapes reports it
-        interval = np.diff(self.time, prepend=self.time[0])
-        object.__setattr__(self, "foot_impulse", interval[:, None, None] * self.foot_force)
-
-    def _leave_out(self) -> None:
-        """Take away the arrays that are None: a group is there as a whole, or not at all."""
-        for group, arrays in GROUPS.items():
-            if group in ON_REQUEST:
-                continue
-            given = [name for name in arrays if getattr(self, name) is not None]
-            if "foot_normal" in given and given == ["foot_normal"]:
-                given = []  # its default is no sample
-            missing = [name for name in arrays if name not in given]
-            if missing and (given or group == ALWAYS):
-                raise ParameterError(f"Trace.{missing[0]}", None, f"given with {group}")
-            for name in missing:
-                object.__delattr__(self, name)
-
-    if not TYPE_CHECKING:  # with it, a type checker would take any name for granted
-
-        def __getattr__(self, name: str) -> Any:
-            """Refuse what was not recorded, naming what to record."""
-            if name not in GROUP_OF:
-                raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-            needed = {*self.recorded, GROUP_OF[name]} - {ALWAYS}
-            raise NotRecordedError(name, [group for group in GROUPS if group in needed])
 
     def __repr__(self) -> str:
         """Return what it is of and what it holds; the arrays themselves are long."""
@@ -188,12 +108,6 @@ class Trace(Record):  # noqa: PLW1641  # no record has a hash
         return str(drawn("notebook_html", self))
 
     @property
-    def recorded(self) -> tuple[str, ...]:
-        """The groups of arrays that it holds: "motion", and of the others what was recorded."""
-        recorded = {**vars(self), **({} if self.requested is None else self.requested.arrays)}
-        return tuple(group for group, arrays in GROUPS.items() if arrays[0] in recorded)
-
-    @property
     def plot(self) -> Any:
         """Figures of it, one call each: `trace.plot("torque")`, `trace.plot.foot_forces()`, ...
 
@@ -201,112 +115,9 @@ class Trace(Record):  # noqa: PLW1641  # no record has a hash
         """
         return drawn("TracePlots", self)
 
-    @property
-    def q_names(self) -> tuple[str, ...]:
-        """The names of the coordinates in a row of `q`."""
-        return (*BASE_Q, *self.joint_names)
-
-    @property
-    def v_names(self) -> tuple[str, ...]:
-        """The names of the velocities in a row of `v`."""
-        return (*BASE_V, *self.joint_names)
-
-    def _frozen_energy(self) -> Mapping[str, Array]:
-        """Return the energies, checked and read-only."""
-        missing = [name for name in ENERGIES if name not in self.energy]
-        if missing:
-            raise ParameterError("Trace.energy", sorted(self.energy), f"given with {missing} [J]")
-        shape = (len(self.time),)
-        stored = {k: frozen(f"Trace.energy[{k!r}]", e, shape) for k, e in self.energy.items()}
-        return MappingProxyType(stored)
-
     def __eq__(self, other: object) -> bool:
         """Tell whether every array, name and entry is the same, bit for bit."""
         return isinstance(other, Trace) and self.digest == other.digest
-
-    def joint(self, name: str) -> int:
-        """Return the index of a joint; k in `torque[:, k]` is `v[:, 6 + k]` and `q[:, 7 + k]`.
-
-        Raises:
-            UnknownNameError: there is no such joint.
-        """
-        require_known("joint", name, self.joint_names)
-        return self.joint_names.index(name)
-
-    def foot(self, name: str) -> int:
-        """Return the index of a foot.
-
-        Raises:
-            UnknownNameError: there is no such foot.
-        """
-        require_known("foot", name, self.foot_names)
-        return self.foot_names.index(name)
-
-    def _requested(self, name: str) -> Array:
-        """Return samples that are recorded only where they are named.
-
-        Raises:
-            NotRecordedError: they were not.
-        """
-        found = {} if self.requested is None else self.requested.arrays
-        if name not in found:
-            needed = {*self.recorded, GROUP_OF[name]} - {ALWAYS}
-            raise NotRecordedError(name, [group for group in GROUPS if group in needed])
-        return found[name]
-
-    @property
-    def slip_speed(self) -> Array:
-        """(T, F) [m/s]: speed of the contact point along the ground; 0 of a foot without load."""
-        return self._requested("slip_speed")
-
-    @property
-    def current(self) -> Array:
-        """(T, n) [A]: of the motors, their torque over gear ratio and torque constant."""
-        return self._requested("current")
-
-    @property
-    def temperature(self) -> Array:
-        """(T, n) [deg C]: of the motors' windings."""
-        return self._requested("temperature")
-
-    @property
-    def normal_force(self) -> Array:
-        """(T, F) [N]: the part of each foot force along the ground's normal, > 0 pushing up."""
-        force: Array = np.einsum("tfi,tfi->tf", self.foot_force, self.foot_normal)
-        return force
-
-    @property
-    def tangential_force(self) -> Array:
-        """(T, F, 3) [N]: the part of each foot force within the ground, world axes."""
-        along: Array = self.normal_force[..., None] * self.foot_normal
-        return self.foot_force - along
-
-    @property
-    def mean_foot_force(self) -> Array:
-        """(T, F, 3) [N]: mean since the sample before, world axes; at the first sample, the force.
-
-        What a change of momentum over an interval needs: m g plus the sum over feet, times the
-        interval, is the change of linear momentum.
-        """
-        if self.foot_impulse is None:  # pragma: no cover  # a trace with contacts has impulses
-            raise NotRecordedError("foot_impulse", list(self.recorded))
-        mean: Array = np.array(self.foot_force)
-        mean[1:] = self.foot_impulse[1:] / np.diff(self.time)[:, None, None]
-        return mean
-
-    @property
-    def contact(self) -> npt.NDArray[np.bool_]:
-        """(T, F): whether the ground pushes on the foot."""
-        return self.normal_force > 0.0
-
-    @property
-    def energy_residual(self) -> Array:
-        """(T,) [J]: stored energy gained, less work done on the robot, plus losses; ideally 0."""
-        stored = sum((self.energy[name] for name in STATE_ENERGIES), np.zeros(len(self.time)))
-        lost = sum((self.energy[name] for name in LOSSES), np.zeros(len(self.time)))
-        work = self.energy["servo_work"] + self.energy.get("push_work", 0.0)
-        residual: Array = stored - stored[0] - work + lost
-        return residual
 
     @property
     def step_error(self) -> float:
@@ -524,3 +335,95 @@ def _contact_columns(trace: Trace) -> dict[str, Column]:
         "tangential_force": Column((*feet, "axis"), trace.tangential_force, about),
         "contact": Column(feet, trace.contact, described("1", "the ground pushes")),
     }
+
+
+def digest_of(
+    arrays: Mapping[str, Any],
+    joint_names: tuple[str, ...],
+    foot_names: tuple[str, ...],
+    texts: Mapping[str, Any],
+) -> str:
+    """Return the SHA-256 over every bit of arrays, names and texts but the wall-clock time.
+
+    Args:
+        arrays: by their names in a file.
+        joint_names: of the axis "joint".
+        foot_names: of the axis "foot".
+        texts: what is stored as JSON or TOML text, by its name in a file.
+    """
+    total = hashlib.sha256()
+    for name, values in arrays.items():
+        total.update(f"{name}{values.shape}".encode())
+        total.update(values.astype("<f8").tobytes())
+    run = {key: value for key, value in texts["run"].items() if key != "wall_time"}
+    rest = [joint_names, foot_names, {**texts, "run": run}]
+    total.update(json.dumps(rest, sort_keys=True).encode())
+    return total.hexdigest()
+
+
+# Samples as a table, for spreadsheets and other programs.
+
+Q_UNITS = ("m", "m", "m", "1", "1", "1", "1")
+V_UNITS = ("m/s", "m/s", "m/s", "rad/s", "rad/s", "rad/s")
+
+LEVEL = 6
+"""Compression of ".csv.gz"."""
+
+
+def csv_bytes(path: str | Path, columns: Mapping[str, Column]) -> bytes:
+    """Return a table: a header, then a row per sample; compressed where the path ends in ".gz".
+
+    A heading is a variable, its joint, foot or axis where it has one, and its unit:
+    "foot_force.lf_foot.z [N]". Numbers are the shortest that give the same double again; what is
+    either true or false is 1 or 0.
+
+    Args:
+        path: names the format by its ending.
+        columns: of a trace; those along time are written.
+    """
+    stream = io.StringIO()
+    head, tables = sampled_table(columns)
+    csv.writer(stream, lineterminator="\n").writerow(map(csv_cell, head))
+    for row in zip(*(_texts(table) for table in tables), strict=True):
+        stream.write(",".join(row) + "\n")
+    text = encoded(stream.getvalue())
+    if ending(path, CSV[1:]) is None:
+        return text
+    return gzip.compress(text, LEVEL, mtime=0)
+
+
+def sampled_table(
+    columns: Mapping[str, Column],
+) -> tuple[list[str], list[np.ndarray[tuple[int, ...], np.dtype[np.float64]]]]:
+    """Return the headings and numbers of what is along time: T rows, of one table or several.
+
+    Args:
+        columns: of a trace.
+    """
+    sampled = {name: c for name, c in columns.items() if c.dims[:1] == ("time",)}
+    head = [text for name, c in sampled.items() for text in _headings(name, c, columns)]
+    return head, [c.values.reshape(len(c.values), -1) for c in sampled.values()]
+
+
+def _headings(name: str, column: Column, columns: Mapping[str, Column]) -> Iterator[str]:
+    """Return a heading for each number in a row of a variable."""
+    labels = [columns[axis].values.tolist() for axis in column.dims[1:]]
+    units = _units(name, column, [len(names) for names in labels])
+    for unit, place in zip(units, product(*labels), strict=True):
+        yield f"{'.'.join((name, *place))} [{unit}]"
+
+
+def _units(name: str, column: Column, sizes: list[int]) -> list[str]:
+    """Return a unit for each number in a row; a configuration and a velocity hold several."""
+    if name == "q":
+        return [*Q_UNITS, *["rad"] * (sizes[0] - len(Q_UNITS))]
+    if name == "v":
+        return [*V_UNITS, *["rad/s"] * (sizes[0] - len(V_UNITS))]
+    return [column.attributes["units"]] * int(np.prod(sizes, dtype=int))
+
+
+def _texts(table: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> Iterator[str]:
+    """Return the numbers of each row as text."""
+    numbers = table.astype(np.int8) if table.dtype == bool else table
+    for row in numbers:
+        yield ",".join(map(repr, row.tolist()))

@@ -25,7 +25,6 @@ from hexapod_pin.results.checkpoint import Checkpoint, CheckpointData
 from hexapod_pin.results.error_estimate import QUANTITIES, ErrorEstimate
 from hexapod_pin.results.gait_energy import GaitEnergy
 from hexapod_pin.results.peak_states import PREFIX, PeakStates
-from hexapod_pin.results.requested_samples import RequestedSamples
 from hexapod_pin.results.result_files import (
     CSV,
     NETCDF,
@@ -37,18 +36,11 @@ from hexapod_pin.results.result_files import (
 )
 from hexapod_pin.results.run_facts import left_out, recorded_groups
 from hexapod_pin.results.run_record import RunRecord
+from hexapod_pin.results.samples import BASE_Q, BASE_V, ENERGIES, RequestedSamples
 from hexapod_pin.results.schema import schema
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.torque_map import TorqueMap
-from hexapod_pin.results.trace import Trace
-from hexapod_pin.results.trace_layout import (
-    BASE_Q,
-    BASE_V,
-    ENERGIES,
-    SCHEMA,
-    SCHEMA_VERSION,
-    digest_of,
-)
+from hexapod_pin.results.trace import SCHEMA, SCHEMA_VERSION, Trace, digest_of
 
 DAMAGED = "damaged: its content does not match its digest"
 

@@ -14,7 +14,7 @@ from pydantic import Field
 
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.run_facts import USUAL
-from hexapod_pin.results.trace import LATEST_SAMPLE as LATEST
+from hexapod_pin.results.samples import LATEST_SAMPLE as LATEST
 from hexapod_pin.simulation.methods import MethodSettings, resolve_method
 from hexapod_pin.spec import Spec
 
