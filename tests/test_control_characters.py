@@ -25,13 +25,9 @@ from hexapod_pin.commands.terminal import echo
 from hexapod_pin.drive.catalog import Catalog, MotorRecord
 from hexapod_pin.drive.catalog.motor_record import Derating
 from hexapod_pin.errors import CatalogError, ParameterError
-from hexapod_pin.results.motor_selection import (
-    KindUse,
-    MotorCandidate,
-    MotorSelection,
-)
+from hexapod_pin.results.motor_candidate import KindUse, MotorCandidate
+from hexapod_pin.results.motor_selection import MotorSelection, write_selection_csv
 from hexapod_pin.results.result_files import Column
-from hexapod_pin.results.selection_csv import write_selection_csv
 from hexapod_pin.study.runs.sweep_result import sweep_csv
 from hexapod_pin.validation.machine import Machine
 from hexapod_pin.view import html

@@ -10,8 +10,8 @@ import pytest
 
 import hexapod_pin as hp
 from hexapod_pin.drive.catalog import load_catalog
-from hexapod_pin.results.motor_selection import MotorCandidate
-from hexapod_pin.results.selection_csv import write_selection_csv
+from hexapod_pin.results.motor_candidate import MotorCandidate
+from hexapod_pin.results.motor_selection import write_selection_csv
 from hexapod_pin.study.selection.evaluation import Evaluation
 from hexapod_pin.study.selection.motor_study import MotorChoice, candidates, read_motor_study
 from hexapod_pin.study.selection.selecting import required_walks

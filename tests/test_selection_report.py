@@ -20,13 +20,8 @@ pytest.importorskip("matplotlib")
 from hexapod_pin.drive.catalog import MotorRecord
 from hexapod_pin.drive.catalog.motor_record import Derating
 from hexapod_pin.errors import ParameterError, TraceFileError
-from hexapod_pin.results.motor_selection import (
-    Confidence,
-    KindUse,
-    MotorCandidate,
-    MotorSelection,
-    WalkRun,
-)
+from hexapod_pin.results.motor_candidate import KindUse, MotorCandidate, WalkRun
+from hexapod_pin.results.motor_selection import Confidence, MotorSelection
 from hexapod_pin.results.sizing import JointDemand, motor_budget
 from hexapod_pin.results.sizing.battery import battery_current
 from hexapod_pin.results.sizing.motors import Motors

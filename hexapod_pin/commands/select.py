@@ -212,6 +212,6 @@ def write_files(selection: MotorSelection, report: Path | None, table: Path | No
 
             written(lambda: write_selection_report(selection, report, **report_marks()), err=True)
         if table is not None:
-            from hexapod_pin.results.selection_csv import write_selection_csv
+            from hexapod_pin.results.motor_selection import write_selection_csv
 
             written(lambda: write_selection_csv(selection, table), err=True)

@@ -2,179 +2,32 @@
 
 from __future__ import annotations
 
+import csv
+import io
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import UnknownNameError
+from hexapod_pin.foreign_text import csv_cell, encoded
 from hexapod_pin.immutable import Immutable
-from hexapod_pin.results.result_files import without_non_finite
+from hexapod_pin.results.motor_candidate import (
+    COLUMNS,
+    MotorCandidate,
+    deciding_need,
+    ranking_row,
+    worst_text,
+)
+from hexapod_pin.results.result_files import check_ending, without_non_finite
 from hexapod_pin.shown import drawn
 from hexapod_pin.text_table import Table, folded
 
 if TYPE_CHECKING:
-    from hexapod_pin.drive.catalog import MotorRecord
     from hexapod_pin.drive.catalog.motor_record import Derating
     from hexapod_pin.results.sizing import JointDemand
-
-
-USES = ("peak_use", "continuous_use", "holding_use", "speed_use")
-"""What a motor is judged by."""
-
-
-@dataclass(frozen=True)
-class KindUse:
-    """What the worst joint of a kind needs over what the derated motor gives, of all walks.
-
-    Attributes:
-        kind: of the joints.
-        peak_use: largest torque over the motor's line at that speed, derated [-].
-        continuous_use: RMS torque over the continuous torque [-].
-        holding_use: the larger of static torque on all feet over the continuous torque, and in the
-            worst stance of the walk over the derated stall torque [-].
-        lost_leg_use: the same with one leg lost, over the derated stall torque [-]; NaN where the
-            robot cannot stand without a leg in some stance.
-        speed_use: largest speed over the no-load speed at the voltage under load [-].
-        outside_share: largest share of samples outside the derated line [-].
-        inertia_ratio: load inertia over reflected rotor inertia [-]; NaN where it is not known.
-        walk: in which walk each was largest, by the names of `USES`.
-        reasons: why it does not pass; empty where it does.
-        doubtful: whether passing or not depends on where in their spread the thermal constants are.
-        winding: hottest winding at the best and at the worst of these constants [deg C]; NaN where
-            nothing is known.
-    """
-
-    kind: str
-    peak_use: float
-    continuous_use: float
-    holding_use: float
-    lost_leg_use: float
-    speed_use: float
-    outside_share: float
-    inertia_ratio: float
-    walk: Mapping[str, str]
-    reasons: tuple[str, ...]
-    doubtful: bool = False
-    winding: tuple[float, float] = (math.nan, math.nan)
-
-    @property
-    def passes(self) -> bool:
-        """Whether the motor carries these joints."""
-        return not self.reasons
-
-    @property
-    def worst(self) -> float:
-        """The largest use [-]; NaN where nothing could be computed."""
-        known = [getattr(self, name) for name in USES]
-        return max((x for x in known if not math.isnan(x)), default=math.nan)
-
-
-@dataclass(frozen=True)
-class WalkRun:
-    """A walk with the motors' lines in the simulation.
-
-    Attributes:
-        walk: name of the walk.
-        walks: whether the robot does what was planned, on its feet.
-        text: the verdict in one line, or why there is none.
-    """
-
-    walk: str
-    walks: bool
-    text: str
-
-
-@dataclass(frozen=True)
-class MotorCandidate:
-    """A set of motors put into a robot: one for all joints, or one for each kind of joint.
-
-    Attributes:
-        motors: of each kind of joint.
-        total_mass: of the robot with them [kg].
-        motor_mass: of all motors [kg].
-        uses: of each kind of joint.
-        runs: of each walk, with the motors' lines acting.
-        notes: what was assumed of the masses.
-        battery_current_peak: largest current of all motors together [A]; NaN where it is not known.
-        battery_current_mean: its mean [A].
-        price: of all motors; None where one is not known.
-    """
-
-    motors: Mapping[str, MotorRecord]
-    total_mass: float
-    motor_mass: float
-    uses: tuple[KindUse, ...]
-    runs: tuple[WalkRun, ...]
-    notes: tuple[str, ...] = ()
-    battery_current_peak: float = math.nan
-    battery_current_mean: float = math.nan
-    price: float | None = None
-
-    @property
-    def name(self) -> str:
-        """The motors' names: one, or one for each kind."""
-        names = {kind: record.name for kind, record in self.motors.items()}
-        if len(set(names.values())) == 1:
-            return next(iter(names.values()))
-        return ", ".join(f"{kind} {name}" for kind, name in names.items())
-
-    @property
-    def passes(self) -> bool:
-        """Whether the motors carry every joint and the robot walks every walk with them."""
-        return all(use.passes for use in self.uses) and all(run.walks for run in self.runs)
-
-    @property
-    def doubtful(self) -> bool:
-        """Whether it passes, or fails, by nothing but the spread of thermal constants."""
-        failing = [use for use in self.uses if not use.passes]
-        if failing:
-            return all(u.doubtful for u in failing) and all(run.walks for run in self.runs)
-        return any(use.doubtful for use in self.uses)
-
-    @property
-    def verdict(self) -> str:
-        """The word of tables: "pass", "doubtful" or "FAIL"."""
-        return "doubtful" if self.doubtful else "pass" if self.passes else "FAIL"
-
-    @property
-    def mixed(self) -> tuple[str, ...]:
-        """A sentence where the motors have no common bus, and where they are of several makers."""
-        found = []
-        buses = {kind: record.buses for kind, record in self.motors.items()}
-        known = [set(names) for names in buses.values() if names]
-        if known and (len(known) < len(buses) or not set.intersection(*known)):
-            each = ", ".join(f"{kind} {record.bus or 'unknown'}" for kind, record in
-                             self.motors.items())  # fmt: skip
-            found.append(f"the choice mixes buses: {each} (--bus holds it to one)")
-        makers = {record.maker for record in self.motors.values()}
-        if len(makers) > 1:
-            each = ", ".join(f"{kind} {record.maker or 'unknown'}" for kind, record in
-                             self.motors.items())  # fmt: skip
-            found.append(f"the choice mixes makers: {each} (--maker holds it to one)")
-        return tuple(found)
-
-    @property
-    def worst(self) -> float:
-        """The largest use of any joint [-]."""
-        return max((u.worst for u in self.uses if not math.isnan(u.worst)), default=math.inf)
-
-    @property
-    def reasons(self) -> tuple[str, ...]:
-        """Why they do not carry the robot; empty where they do."""
-        found = [f"{use.kind}: {reason}" for use in self.uses for reason in use.reasons]
-        return (*found, *(f"{run.walk}: {run.text}" for run in self.runs if not run.walks))
-
-    def use(self, kind: str) -> KindUse:
-        """Return the use of a kind of joint.
-
-        Raises:
-            UnknownNameError: there is no such kind.
-        """
-        for use in self.uses:
-            if use.kind == kind:
-                return use
-        raise UnknownNameError("kind of joint", kind, [use.kind for use in self.uses])
 
 
 @dataclass(frozen=True)
@@ -266,7 +119,7 @@ class MotorSelection(Immutable):
         Raises:
             UnknownNameError: there is none.
         """
-        found = [c for c in self.candidates if model in (c.name, _model(c))]
+        found = [c for c in self.candidates if model in (c.name, c.model)]
         if len(found) != 1:
             raise UnknownNameError("motor", model, [c.name for c in self.candidates])
         return found[0]
@@ -292,11 +145,6 @@ class MotorSelection(Immutable):
         return selection_table(self)
 
 
-def _model(candidate: MotorCandidate) -> str:
-    models = {record.model for record in candidate.motors.values()}
-    return models.pop() if len(models) == 1 else candidate.name
-
-
 # The ranking of motors as text: the answer in few lines, and everything.
 
 ROWS = 4
@@ -319,7 +167,7 @@ def selection_answer(selection: MotorSelection) -> list[str]:
         "needs\nmost",
     ]
     rows = [
-        [c.name, f"{c.total_mass:.2f}", *(_worst(use) for use in c.uses), _deciding(c)]
+        [c.name, f"{c.total_mass:.2f}", *(worst_text(use) for use in c.uses), deciding_need(c)]
         for c in shown
     ]
     title = f"{len(passing)} of {len(s.candidates)} motors pass all joints of {len(s.walks)} walks"
@@ -349,24 +197,6 @@ def _headline(s: MotorSelection) -> list[str]:
     return [f"{start}{s.robot_name}: {best.name}; {mass}"]
 
 
-def _worst(use: KindUse) -> str:
-    """Return the largest use of a kind, marked where it does not pass."""
-    return f"{use.worst:.2f}" + (" ?" if use.doubtful else "" if use.passes else " *")
-
-
-def _deciding(candidate: MotorCandidate) -> str:
-    """Return what a motor is used most by: the kind of joint and of need."""
-    uses = [(getattr(u, name), u.kind, name) for u in candidate.uses for name in USES]
-    known = [row for row in uses if not math.isnan(row[0])]
-    if not known:
-        return "-"
-    _, kind, name = max(known)
-    return f"{kind} {name.removesuffix('_use')}"
-
-
-# Everything.
-
-
 def selection_table(selection: MotorSelection) -> str:
     """Return the ranking as text."""
     parts = [_heading(selection), _ranking(selection), _choice(selection), _notes(selection)]
@@ -394,7 +224,7 @@ def _ranking(s: MotorSelection) -> list[str]:
     passing = [c for c in s.candidates if c.passes]
     others = [c for c in s.candidates if not c.passes]
     head = ("motor on all joints", "robot", *(f"{k} peak/cont/hold/speed" for k in s.kinds), "")
-    shown = Table("", head, [_row(c) for c in passing + others[:SHOWN]], rule=False).lines()
+    shown = Table("", head, [ranking_row(c) for c in passing + others[:SHOWN]], rule=False).lines()
     lines = shown[: 1 + len(passing)]
     if not passing:
         lines.append("none carries every joint and every walk")
@@ -407,18 +237,6 @@ def _ranking(s: MotorSelection) -> list[str]:
     if s.unusable:
         lines += ["", "Not compared:", *(f"  {n}: {why}" for n, why in s.unusable)]
     return lines
-
-
-def _row(candidate: MotorCandidate) -> tuple[str, ...]:
-    mass = f"{candidate.total_mass:.2f} kg"
-    return (candidate.name, mass, *map(_uses, candidate.uses), candidate.verdict)
-
-
-def _uses(use: KindUse) -> str:
-    values = (use.peak_use, use.continuous_use, use.holding_use, use.speed_use)
-    return "/".join(f"{x:.2f}" if math.isfinite(x) else "-" for x in values) + (
-        " ?" if use.doubtful else "" if use.passes else " *"
-    )
 
 
 def _choice(s: MotorSelection) -> list[str]:
@@ -451,17 +269,6 @@ def _notes(s: MotorSelection) -> list[str]:
 
 # The ranking as plain data.
 
-COLUMNS = (
-    ("peak_use", "peak [-]"),
-    ("continuous_use", "continuous [-]"),
-    ("holding_use", "holding [-]"),
-    ("lost_leg_use", "holding, a leg lost [-]"),
-    ("speed_use", "speed [-]"),
-    ("outside_share", "share outside the line [-]"),
-    ("inertia_ratio", "inertia ratio [-]"),
-)
-"""Field and heading of what stands in the CSV file for each kind of joint."""
-
 
 def selection_to_dict(selection: MotorSelection) -> dict[str, Any]:
     """Return all numbers as plain data; NaN and infinities as None."""
@@ -472,10 +279,10 @@ def selection_to_dict(selection: MotorSelection) -> dict[str, Any]:
         "walks": list(selection.walks),
         "catalog": selection.catalog,
         "derating": selection.derating.model_dump(),
-        "candidates": [_candidate(c) for c in selection.candidates],
+        "candidates": [c.to_dict() for c in selection.candidates],
         "unusable": [{"motor": name, "reason": why} for name, why in selection.unusable],
-        "iterations": [_candidate(c) for c in selection.iterations],
-        "choice": None if selection.choice is None else _candidate(selection.choice),
+        "iterations": [c.to_dict() for c in selection.iterations],
+        "choice": None if selection.choice is None else selection.choice.to_dict(),
         "confidence": None if selection.confidence is None else asdict(selection.confidence),
         "assumed": list(selection.assumed),
         "notes": list(selection.notes),
@@ -485,25 +292,41 @@ def selection_to_dict(selection: MotorSelection) -> dict[str, Any]:
     return finite
 
 
-def _candidate(c: MotorCandidate) -> dict[str, Any]:
-    return {
-        "name": c.name,
-        "passes": c.passes,
-        "verdict": c.verdict,
-        "motors": {kind: record.name for kind, record in c.motors.items()},
-        "total_mass": c.total_mass,
-        "motor_mass": c.motor_mass,
-        "price": c.price,
-        "battery_current_peak": c.battery_current_peak,
-        "battery_current_mean": c.battery_current_mean,
-        "kinds": {
-            use.kind: {
-                **{name: getattr(use, name) for name, _ in COLUMNS},
-                "walk": dict(use.walk), "passes": use.passes, "doubtful": use.doubtful,
-                "winding": list(use.winding), "reasons": list(use.reasons),
-            }
-            for use in c.uses
-        },
-        "runs": [{"walk": r.walk, "walks": r.walks, "text": r.text} for r in c.runs],
-        "notes": list(c.notes),
-    }  # fmt: skip
+# The ranking as CSV: a row for each motor and kind of joint, for other programs.
+
+
+def write_selection_csv(selection: MotorSelection, path: str | Path) -> Path:
+    """Write one row for each motor and kind of joint, wholly or not at all.
+
+    Raises:
+        TraceFileError: the ending is not .csv, or the file cannot be written.
+    """
+    check_ending(path, (".csv",))
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    for row in _csv_rows(selection):
+        writer.writerow([csv_cell(x) if isinstance(x, str) else x for x in row])
+    return write_atomically(path, encoded(stream.getvalue()))
+
+
+def _csv_rows(selection: MotorSelection) -> Iterator[list[Any]]:
+    yield [
+        "rank", "motor", "voltage [V]", "kind of joint", "passes joint", "passes all",
+        *(heading for _, heading in COLUMNS), "robot mass [kg]", "motor mass [kg]", "price",
+        "battery peak [A]", "battery mean [A]", "walks in simulation", "reasons", "source",
+    ]  # fmt: skip
+    for rank, c in enumerate(selection.candidates, start=1):
+        walked = f"{sum(run.walks for run in c.runs)} of {len(c.runs)}"
+        for use in c.uses:
+            record = c.motors[use.kind]
+            numbers = [_number(getattr(use, name)) for name, _ in COLUMNS]
+            yield [
+                rank, record.model, record.voltage, use.kind, use.passes, c.passes, *numbers,
+                c.total_mass, record.mass, "" if record.price is None else record.price,
+                _number(c.battery_current_peak), _number(c.battery_current_mean), walked,
+                "; ".join(use.reasons), record.source,
+            ]  # fmt: skip
+
+
+def _number(value: float) -> Any:
+    return "" if math.isnan(value) else value

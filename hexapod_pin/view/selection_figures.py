@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import FigureBase
 
     from hexapod_pin.drive.catalog import MotorRecord
-    from hexapod_pin.results.motor_selection import Confidence, MotorCandidate, MotorSelection
+    from hexapod_pin.results.motor_candidate import MotorCandidate
+    from hexapod_pin.results.motor_selection import Confidence, MotorSelection
     from hexapod_pin.results.sizing import JointDemand, MotorBudget
 
 

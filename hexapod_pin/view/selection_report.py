@@ -47,7 +47,8 @@ from hexapod_pin.view.selection_tables import (
 
 if TYPE_CHECKING:
     from hexapod_pin.drive.catalog import MotorRecord
-    from hexapod_pin.results.motor_selection import MotorCandidate, MotorSelection
+    from hexapod_pin.results.motor_candidate import MotorCandidate
+    from hexapod_pin.results.motor_selection import MotorSelection
 
 
 ENDINGS = (".html", ".htm")

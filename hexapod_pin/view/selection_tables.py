@@ -6,12 +6,13 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from hexapod_pin.results.motor_selection import USES
+from hexapod_pin.results.motor_candidate import USES
 from hexapod_pin.view.report import Cell, Column, Table
 
 if TYPE_CHECKING:
     from hexapod_pin.drive.catalog import MotorRecord
-    from hexapod_pin.results.motor_selection import KindUse, MotorCandidate, MotorSelection
+    from hexapod_pin.results.motor_candidate import KindUse, MotorCandidate
+    from hexapod_pin.results.motor_selection import MotorSelection
 
 UNKNOWN = "unknown"
 """Text of every number that is unknown."""

@@ -13,7 +13,7 @@ from hexapod_pin.drive.catalog import MotorRecord
 from hexapod_pin.drive.catalog.motor_record import Derating
 from hexapod_pin.errors import HexapodError
 from hexapod_pin.results.joint_budget import joint_kinds
-from hexapod_pin.results.motor_selection import USES, KindUse, MotorCandidate, WalkRun
+from hexapod_pin.results.motor_candidate import USES, KindUse, MotorCandidate, WalkRun
 from hexapod_pin.results.sizing import JointDemand, MotorUse, joint_demand, motor_budget
 from hexapod_pin.results.sizing.battery import BatteryLoad
 from hexapod_pin.results.sizing.winding import lasting_torque_of

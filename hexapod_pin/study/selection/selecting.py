@@ -17,7 +17,8 @@ import numpy as np
 from hexapod_pin.arguments import checked
 from hexapod_pin.control.body_path import TRANSIENT_CYCLES
 from hexapod_pin.errors import StudyInterrupted
-from hexapod_pin.results.motor_selection import USES, Confidence, MotorCandidate, MotorSelection
+from hexapod_pin.results.motor_candidate import USES, MotorCandidate
+from hexapod_pin.results.motor_selection import Confidence, MotorSelection
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.study.assumed_inputs import assumed_inputs
 from hexapod_pin.study.runs.runner import Runner, RunOptions, run_study

@@ -18,7 +18,7 @@ from hexapod_pin.text_table import Table
 from studies.study import StudyReport
 
 if TYPE_CHECKING:
-    from hexapod_pin.results.motor_selection import MotorCandidate
+    from hexapod_pin.results.motor_candidate import MotorCandidate
     from hexapod_pin.results.sizing import JointDemand
 
 PAYLOADS = (0.0, 0.5, 1.0, 2.0)
