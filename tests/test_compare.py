@@ -18,8 +18,7 @@ from refusals import refused
 import hexapod_pin as hp
 from hexapod_pin.control import leg_group
 from hexapod_pin.errors import GaitError, ParameterError, StudyInterrupted, UnknownNameError
-from hexapod_pin.results.comparison import ComparedRun, Outcome
-from hexapod_pin.results.walk_metrics import METRICS
+from hexapod_pin.results.walk_metrics import METRICS, ComparedRun, Outcome
 from hexapod_pin.study import random_bumps
 from hexapod_pin.view import write_comparison_figure
 from hexapod_pin.view.study_figures import draw_comparison

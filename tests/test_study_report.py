@@ -14,7 +14,6 @@ from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.errors import TraceFileError
-from hexapod_pin.results.comparison import ComparedRun, Outcome
 from hexapod_pin.results.grid_columns import GridRecord
 from hexapod_pin.results.peak_verdict import (
     FootImpulse,
@@ -26,7 +25,7 @@ from hexapod_pin.results.peak_verdict import (
 from hexapod_pin.results.result_files import Column
 from hexapod_pin.results.schema import schema
 from hexapod_pin.results.steady_window import Window
-from hexapod_pin.results.walk_metrics import METRICS
+from hexapod_pin.results.walk_metrics import METRICS, ComparedRun, Outcome
 from hexapod_pin.study.tuning_result import Candidate, Scores
 from hexapod_pin.view import write_study_report
 from tests.browser import browse

@@ -16,10 +16,15 @@ from synthetic import with_run
 
 import hexapod_pin as hp
 from hexapod_pin.errors import DivergenceError, GaitError, ParameterError, UnknownNameError
-from hexapod_pin.results.comparison import ComparedRun, Outcome
 from hexapod_pin.results.run_record import Event
 from hexapod_pin.results.summary import path_error
-from hexapod_pin.results.walk_metrics import METRICS, mean_estimate, relative_change
+from hexapod_pin.results.walk_metrics import (
+    METRICS,
+    ComparedRun,
+    Outcome,
+    mean_estimate,
+    relative_change,
+)
 
 CYCLE = 0.8
 SCENE = hp.Scene(hp.load_robot("kharagpur"))

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.results.comparison import ComparedRun, Comparison
+from hexapod_pin.results.comparison import Comparison
 from hexapod_pin.results.summary import Summary
+from hexapod_pin.results.walk_metrics import ComparedRun
 from hexapod_pin.scene.scene import Scene
 from hexapod_pin.simulation.case import Case
 from hexapod_pin.study.runs.measure import SUMMARY

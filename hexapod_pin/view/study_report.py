@@ -13,12 +13,13 @@ import numpy as np
 from hexapod_pin.arguments import checked
 from hexapod_pin.atomic_file import write_atomically
 from hexapod_pin.errors import HexapodError, ParameterError
-from hexapod_pin.results.comparison import Comparison, Outcome, failures, notes, scene_table
+from hexapod_pin.results.comparison import Comparison, failures, notes, scene_table
 from hexapod_pin.results.gait_energy import GaitEnergy
 from hexapod_pin.results.peak_verdict import LEGEND, PeakVerdict, PeakVerdicts, Spread
 from hexapod_pin.results.result_files import check_ending
 from hexapod_pin.results.schema import schema
 from hexapod_pin.results.torque_map import TorqueMap
+from hexapod_pin.results.walk_metrics import Outcome
 from hexapod_pin.view.map_figures import (
     draw_gait_energy,
     draw_torque_curves,

@@ -11,8 +11,8 @@ import numpy as np
 import hexapod_pin as hp
 from hexapod_pin.control.foot_control.controller import CONVENTIONAL, named_controls
 from hexapod_pin.ground.terrain import study_grounds
-from hexapod_pin.results.comparison import fall_of
 from hexapod_pin.results.summary import Summary
+from hexapod_pin.results.walk_metrics import fall_of
 from hexapod_pin.text_table import Table
 from studies.study import StudyReport
 
