@@ -13,7 +13,7 @@ import hexapod_pin as hp
 from hexapod_pin.results.error_estimate import ErrorEstimate
 from hexapod_pin.simulation.accuracy_control import AccuracyControl
 from hexapod_pin.simulation.case import Case
-from hexapod_pin.simulation.native_run import open_loop_run
+from hexapod_pin.simulation.open_loop import open_loop_run
 from hexapod_pin.simulation.run_settings import RunSettings
 
 ROBOT = hp.load_robot("kharagpur")

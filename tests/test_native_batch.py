@@ -9,7 +9,8 @@ import numpy as np
 import hexapod_pin as hp
 from hexapod_pin import native
 from hexapod_pin.simulation.case import Case
-from hexapod_pin.simulation.native_run import NativeRun, open_loop_run
+from hexapod_pin.simulation.native_run import NativeRun
+from hexapod_pin.simulation.open_loop import open_loop_run
 from hexapod_pin.simulation.run_settings import RunSettings
 
 SETTINGS = RunSettings.of(0.1, "implicit-euler", None, None, 1e-3, None)

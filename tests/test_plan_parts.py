@@ -8,9 +8,8 @@ from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.simulation import plan_parts
-from hexapod_pin.simulation.native_run import open_loop_run
-from hexapod_pin.simulation.plan_parts import PlanParts, plan_of
+from hexapod_pin.simulation import open_loop
+from hexapod_pin.simulation.open_loop import PlanParts, open_loop_run, plan_of
 
 ROBOT = hp.load_robot("kharagpur")
 SCENE = hp.Scene(ROBOT)
@@ -41,10 +40,10 @@ def test_a_walk_in_parts_has_the_bits_of_one_that_is_planned_at_once(
     settings = {"step": 2e-3} if method == "robust" else {"accuracy": 1e-5, "estimate": False}
     run = dict(duration=12.0, method=method, sample=0.1, **settings)
     control = hp.KinematicControl(GAIT, stop_at=stop_at)
-    monkeypatch.setattr(plan_parts, "PART", 120.0)
+    monkeypatch.setattr(open_loop, "PART", 120.0)
     whole = hp.simulate(SCENE, control, **run)
     for length in (3.0, 5.0):  # of 5 s: samples end where the knots do, and ndf steps beyond them
-        monkeypatch.setattr(plan_parts, "PART", length)
+        monkeypatch.setattr(open_loop, "PART", length)
         part = hp.simulate(SCENE, control, **run)
         assert np.array_equal(part.q, whole.q)
         assert np.array_equal(part.torque, whole.torque)
@@ -55,7 +54,7 @@ def test_a_walk_in_parts_has_the_bits_of_one_that_is_planned_at_once(
 def test_no_more_than_a_part_and_its_margin_is_planned():
     case = hp.Case(SCENE, hp.KinematicControl(GAIT), duration=39000.0, sample=1.3)
     run = open_loop_run(case, case.settings, in_parts=True)
-    assert plan_parts.PART <= run.rollout.plan_end <= plan_parts.PART + 4 * GAIT.cycle_time
+    assert open_loop.PART <= run.rollout.plan_end <= open_loop.PART + 4 * GAIT.cycle_time
 
 
 def test_a_run_far_from_the_start_plans_from_there():

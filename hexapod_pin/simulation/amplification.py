@@ -20,7 +20,7 @@ from hexapod_pin.errors import ParameterError
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.error_estimate import ErrorEstimate
 from hexapod_pin.simulation.case import Case, run_case
-from hexapod_pin.simulation.native_run import open_loop_run
+from hexapod_pin.simulation.open_loop import open_loop_run
 from hexapod_pin.simulation.session import set_up
 
 if TYPE_CHECKING:

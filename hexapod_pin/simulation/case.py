@@ -19,7 +19,8 @@ from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.simulation.accuracy_control import ControlledRun, Runs, controlled_runs
 from hexapod_pin.simulation.case_data import CaseData, case_from_dict, case_to_dict, read_case
-from hexapod_pin.simulation.native_run import NativeRun, open_loop_run
+from hexapod_pin.simulation.native_run import NativeRun
+from hexapod_pin.simulation.open_loop import open_loop_run
 from hexapod_pin.simulation.run_settings import RunSettings, WorkLimits, chosen_limits
 from hexapod_pin.simulation.session import controlled_loop, lock_step_runs
 from hexapod_pin.simulation.steady_walk import steady_runs

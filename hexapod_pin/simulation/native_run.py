@@ -10,12 +10,11 @@ import time
 from collections.abc import Callable, Sequence
 from copy import copy, deepcopy
 from functools import partial
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.control.check_controller import check_controller, settings_of
 from hexapod_pin.drive.drive_law import followed_motors, torque_limit
 from hexapod_pin.errors import (
     HexapodError,
@@ -31,14 +30,10 @@ from hexapod_pin.results.samples import ENERGIES, RequestedSamples
 from hexapod_pin.results.schema import schema
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.scene.loaded_model import native_loads
-from hexapod_pin.simulation.case_data import run_to_dict
 from hexapod_pin.simulation.methods import check_supported
-from hexapod_pin.simulation.plan_parts import PlanParts, plan_of
 from hexapod_pin.simulation.plant import (
     native_acceleration,
     native_plant,
-    prescribed_start,
-    starting_point,
 )
 from hexapod_pin.simulation.run_outcome import (
     contact_names,
@@ -48,17 +43,15 @@ from hexapod_pin.simulation.run_outcome import (
     run_summary,
     with_urdf,
 )
-from hexapod_pin.simulation.run_settings import check_work
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from hexapod_pin.control.joint_trajectory import Controller, JointTrajectory
+    from hexapod_pin.control.joint_trajectory import JointTrajectory
     from hexapod_pin.results.error_estimate import ErrorEstimate
     from hexapod_pin.results.summary import Summary
     from hexapod_pin.robot.state import State
     from hexapod_pin.scene.scene import Scene
-    from hexapod_pin.simulation.case_data import CaseData
     from hexapod_pin.simulation.run_settings import RunSettings
 
 PROGRESS_INTERVAL = 0.2
@@ -96,7 +89,7 @@ class NativeRun:
         controller: Mapping[str, Any] | None = None,
         record: bool = True,
         groups: Sequence[str] | None = None,
-        parts: PlanParts | None = None,
+        extend_plan: Callable[[Any, float], None] | None = None,
     ) -> None:
         """Check and set up; nothing is simulated yet.
 
@@ -108,7 +101,8 @@ class NativeRun:
             controller: for the trace: what controls the run, as TOML-able data.
             record: whether samples are recorded.
             groups: of arrays that the samples hold, as of `recorded_groups`.
-            parts: what plans more than `set_points`, of which these are the first part.
+            extend_plan: gives a rollout more set-points than these, which are the first part, up to
+                a time [s] and beyond; None: they are all.
         """
         check_supported(settings.method_settings, scene)
         self.scene, self.settings, self.set_points, self.start = scene, settings, set_points, start
@@ -120,7 +114,7 @@ class NativeRun:
             scene.robot, scene.servos,
             current="current" not in self.omitted, temperature="temperature" not in self.omitted,
         )  # fmt: skip
-        self.parts = parts
+        self.extend_plan = extend_plan
         self._plant = native_plant(scene)
         self.rollout = self._start(start, record)
         self.loop: Any = None
@@ -241,8 +235,8 @@ class NativeRun:
             while done < samples and self.good:
                 part = min(chunk, samples - done)
                 share = done / samples
-                if self.parts is not None:
-                    self.parts.extend(self.rollout, self.time + part * self.settings.grid.sample)
+                if self.extend_plan is not None:
+                    self.extend_plan(self.rollout, self.time + part * self.settings.grid.sample)
                 self.good = self.rollout.advance(part, progress and partial(progress, share))
                 done += part
                 if progress is not None:
@@ -380,42 +374,6 @@ class NativeRun:
         if self.good:
             return trace
         raise failure(self, trace)
-
-
-def open_loop_run(
-    case: CaseData, settings: RunSettings, *, record: bool = True, in_parts: bool = False
-) -> NativeRun:
-    """Plan a case whose controller knows its whole trajectory, and set its run up.
-
-    Args:
-        case: what is run.
-        settings: method, duration and sampling.
-        record: whether the samples that the case requests are recorded; otherwise only those that
-            the control of the error needs.
-        in_parts: whether the run plans a long walk part by part, as `NativeRun.advance` can.
-    """
-    check_controller(case.controller)
-    scene, initial = case.scene, case.initial
-    begin = begin_of(initial, settings)
-    check_supported(settings.method_settings, scene)
-    groups = case.record if record else settings.compared_groups
-    if record or settings.estimate:
-        check_work(settings, scene, groups)
-    controller = cast("Controller", case.controller)
-    plan, parts = plan_of(
-        controller, scene.robot, begin, begin + max(settings.duration, settings.grid.sample),
-        settings.limits.memory, in_parts=in_parts and not scene.prescribed,
-        sample=settings.grid.sample,
-    )  # fmt: skip
-    start = starting_point(scene, plan.q[0], initial, plan.start_pose)
-    if scene.prescribed:
-        start = prescribed_start(scene.robot, plan, start, given=initial is not None)
-    run = NativeRun(
-        scene, settings, start, plan, controller=settings_of(controller),
-        record=record or settings.estimate, groups=groups, parts=parts,
-    )  # fmt: skip
-    run.case_settings = run_to_dict(case)
-    return run
 
 
 def begin_of(

@@ -11,7 +11,7 @@ import numpy as np
 
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
-from hexapod_pin.simulation.native_run import open_loop_run
+from hexapod_pin.simulation.open_loop import open_loop_run
 from studies.cost.prescribed_torque import CYCLE, walk_of
 from studies.cost.timing import Quartiles, interleaved
 

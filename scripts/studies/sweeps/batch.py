@@ -12,7 +12,7 @@ from threading import Thread
 
 import hexapod_pin as hp
 from hexapod_pin.errors import DivergenceError
-from hexapod_pin.simulation.native_run import open_loop_run
+from hexapod_pin.simulation.open_loop import open_loop_run
 from hexapod_pin.text_table import Table
 from studies.study import StudyReport, verdict
 

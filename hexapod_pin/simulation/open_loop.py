@@ -1,21 +1,35 @@
-"""Plans of long walks in parts, of which at most one is in memory."""
+"""Runs whose controller knows its whole trajectory: planned at once, or a long walk in parts.
+
+Of the parts at most one is in memory.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
-from hexapod_pin.control.check_controller import checked_plan, method_name
+from hexapod_pin.control.check_controller import (
+    check_controller,
+    checked_plan,
+    method_name,
+    settings_of,
+)
 from hexapod_pin.control.kinematic import KinematicControl
 from hexapod_pin.control.knot_table import MAX_KNOT_SPACING
 from hexapod_pin.control.sampled_trajectory import HoldPosture, SampledTrajectory
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.simulation.run_settings import LIFT
+from hexapod_pin.simulation.case_data import run_to_dict
+from hexapod_pin.simulation.methods import check_supported
+from hexapod_pin.simulation.native_run import NativeRun, begin_of
+from hexapod_pin.simulation.plant import prescribed_start, starting_point
+from hexapod_pin.simulation.run_settings import LIFT, check_work
 from hexapod_pin.user_code import UserCode
 
 if TYPE_CHECKING:
     from hexapod_pin.control.joint_trajectory import Controller, JointTrajectory
     from hexapod_pin.robot.robot import Robot
+    from hexapod_pin.simulation.case_data import CaseData
+    from hexapod_pin.simulation.run_settings import RunSettings
 
 PART = 15.0
 """Length of a part [s]: with its margin of 4.8 s 1.2 MB for 18 joints and a cycle of 2.4 s."""
@@ -108,3 +122,40 @@ def _too_long(name: str, value: float, needed: float, memory: float, hint: str) 
         name, value, f"short enough for a plan of {memory / 1e9:.3g} GB; it would take "
         f"{needed / 1e9:.3g} GB", hint + LIFT,
     )  # fmt: skip
+
+
+def open_loop_run(
+    case: CaseData, settings: RunSettings, *, record: bool = True, in_parts: bool = False
+) -> NativeRun:
+    """Plan a case whose controller knows its whole trajectory, and set its run up.
+
+    Args:
+        case: what is run.
+        settings: method, duration and sampling.
+        record: whether the samples that the case requests are recorded; otherwise only those that
+            the control of the error needs.
+        in_parts: whether the run plans a long walk part by part, as `NativeRun.advance` can.
+    """
+    check_controller(case.controller)
+    scene, initial = case.scene, case.initial
+    begin = begin_of(initial, settings)
+    check_supported(settings.method_settings, scene)
+    groups = case.record if record else settings.compared_groups
+    if record or settings.estimate:
+        check_work(settings, scene, groups)
+    controller = cast("Controller", case.controller)
+    plan, parts = plan_of(
+        controller, scene.robot, begin, begin + max(settings.duration, settings.grid.sample),
+        settings.limits.memory, in_parts=in_parts and not scene.prescribed,
+        sample=settings.grid.sample,
+    )  # fmt: skip
+    start = starting_point(scene, plan.q[0], initial, plan.start_pose)
+    if scene.prescribed:
+        start = prescribed_start(scene.robot, plan, start, given=initial is not None)
+    run = NativeRun(
+        scene, settings, start, plan, controller=settings_of(controller),
+        record=record or settings.estimate, groups=groups,
+        extend_plan=None if parts is None else parts.extend,
+    )  # fmt: skip
+    run.case_settings = run_to_dict(case)
+    return run
