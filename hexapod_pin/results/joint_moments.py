@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, protect
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.recorded_robot import RecordedRobot
 from hexapod_pin.results.samples import JointNames
 from hexapod_pin.results.stability_margins import at_middles, contact_points
@@ -30,7 +29,7 @@ Indices = NDArray[np.intp]
 
 
 @dataclass(frozen=True, eq=False)
-class JointMoments(JointNames, Immutable):
+class JointMoments(JointNames):
     """Moments at the joints, means over K sampling intervals; n joints.
 
     A trace's foot forces are means over the interval that ends at their sample. So the equations of

@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from hexapod_pin.arrays import Array, read_only
 from hexapod_pin.errors import NotRecordedError, ParameterError
+from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.result_files import Column
 from hexapod_pin.results.run_facts import ALWAYS, GROUP_OF, GROUPS, ON_REQUEST, USUAL
 from hexapod_pin.results.schema import Record, quantity, require_known, schema
@@ -29,7 +30,7 @@ UP = read_only((0.0, 0.0, 1.0))
 """The ground's normal where it is level."""
 
 
-class JointNames:
+class JointNames(Immutable):
     """Base of results that have an axis of joints."""
 
     joint_names: tuple[str, ...]
