@@ -222,7 +222,7 @@ def _sweeps(folder: Path) -> list[Any]:
         found.indices,
         hp.study.RelativeObjective({"height_rms": 1.0}),
         tuned,
-        hp.compare({"flat": flat}, {"a": walk(), "b": hp.HoldPosture()}, **quick),
+        hp.compare({"a": flat}, {"a": walk(), "b": hp.HoldPosture()}, **quick),
         hp.study.gait_energy(
             flat, {"tripod": hp.Gait.tripod()}, [0.1], stroke=0.04, accuracy=1e-2, check=0
         ),

@@ -55,12 +55,17 @@ def differences(one: Any, other: Any, where: str = "") -> Iterator[str]:
         yield f"{where}: {one!r} and {other!r}"
 
 
+MADE_READY = ("_ready", "_motions")
+"""What controllers keep of the runs that they have been in."""
+
+
 def _content(record: Any) -> dict[str, Any]:
     """The attributes of a record but those that follow from others."""
     return {
         name: value
         for name, value in sorted(vars(record).items())
-        if not isinstance(getattr(type(record), name, None), cached_property) and name != "_ready"
+        if not isinstance(getattr(type(record), name, None), cached_property)
+        and name not in MADE_READY
     }
 
 

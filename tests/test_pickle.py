@@ -12,6 +12,7 @@ from types import MappingProxyType
 from typing import Any, Protocol
 
 import numpy as np
+import public_samples
 import pytest
 from public_surface import surface
 from refusals import refused
@@ -26,7 +27,6 @@ from hexapod_pin.errors import (
     UnknownNameError,
     UrdfError,
 )
-from tests import public_samples
 from tests.same_content import differences, error_types, one_of
 
 COPIES: dict[str, Callable[[Any], Any]] = {

@@ -1,7 +1,7 @@
 """Sound instances of every public class, and sound arguments of every public call.
 
-Instances are collected from a few small runs and what is computed from them; arguments are made
-from the annotation and the name of a parameter.
+Instances are those of `public_samples` and what they are made of; arguments are made from the
+annotation and the name of a parameter.
 """
 
 from __future__ import annotations
@@ -18,13 +18,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import public_samples
 
 import hexapod_pin as hp
 from fuzz import material
 from fuzz.public_names import CONSTRUCTOR, PublicCall, public_classes
-from hexapod_pin.interchange.servo_ticks import SERVOS
-from hexapod_pin.results.sizing.ranking import motor_ranking
-from hexapod_pin.results.sizing.trace_demand import joint_demand
 from hexapod_pin.type_checks import type_hints
 
 QUICK: Mapping[str, Any] = {"accuracy": 1e-3, "threads": 1}
@@ -32,86 +30,6 @@ QUICK: Mapping[str, Any] = {"accuracy": 1e-3, "threads": 1}
 
 LEAST = 3.9
 """Time in which the gait of `material.control` makes a whole steady cycle [s]."""
-
-
-def _controllers() -> list[Any]:
-    gait, path = material.control().gait, hp.motion.Sine(amplitude=0.05, period=1.0)
-    body = hp.motion.BodyMotion(pitch=path)
-    velocity = hp.motion.VelocityCommand(time=(0.0, 1.0), forward=(0.02, 0.03))
-    return [
-        material.control(), hp.KinematicControl(gait, body=body, velocity=velocity),
-        hp.motion.ArcWalk(gait), hp.HoldPosture(),
-        hp.FirmwareControl(gait, hp.drive.Firmware(proportional=2.0)),
-        hp.motion.JointMotion({material.robot().joint_names[0]: path}),
-        hp.motion.SampledTrajectory([0.0, 1.0], [material.robot().posture] * 2),
-        hp.FootControl(
-            material.control(), slip=hp.foot_control.SlipPid(),
-            suspension=hp.foot_control.VirtualSuspension(), touch_down=hp.foot_control.TouchDown(),
-            levelling=hp.foot_control.Levelling(),
-            sensors=hp.sensors.Sensors(q=hp.sensors.Sensor(noise=1e-4)),
-        ),
-    ]  # fmt: skip
-
-
-def _functions_of_time() -> list[Any]:
-    points = (0.0, 0.5, 1.0)
-    step: dict[str, Any] = {"start": 0.0, "end": 1.0, "initial": 0.0, "final": 0.1}
-    sine = hp.motion.Sine(amplitude=0.1, period=1.0)
-    return [
-        sine, hp.motion.Hermite(time=points, value=(0.0, 0.1, 0.0), rate=(0.0, 0.1, 0.0)),
-        hp.motion.Waypoints(time=points, value=(0.0, 0.1, 0.0)), hp.motion.Havsin(**step),
-        hp.motion.Step(**step), hp.motion.Step5(**step), hp.motion.VelocityStep(**step),
-        hp.motion.Sum(terms=(sine, hp.motion.Step5(**step))),
-        hp.motion.Periodic(function=sine, period=1.0),
-    ]  # fmt: skip
-
-
-def _grounds() -> list[Any]:
-    patch = hp.terrain.Patch(low=(0.2, -1.0), high=(0.5, 1.0), stiffness=0.5, friction=0.5)
-    return [
-        hp.Flat(), hp.Slope(angle=0.1), hp.Stairs(start=0.3, rise=0.01, run=0.2, count=2),
-        hp.terrain.Ledge(edge=0.3, height=0.01), hp.terrain.Groove(angle_left=0.2, angle_right=0.2),
-        hp.terrain.Ramp(start=0.3, run=0.2, angle=0.1),
-        hp.HeightField.from_array([[0.0, 0.01], [0.0, 0.02]], spacing=1.0),
-        hp.terrain.PatchedGround(ground=hp.Flat(), patches=(patch,)),
-        hp.terrain.ShakingGround(amplitude=0.01, frequency=2.0),
-    ]  # fmt: skip
-
-
-def _laws() -> list[Any]:
-    rubber: dict[str, Any] = {"young": 5e6, "poisson": 0.45, "radius": 0.02}
-    slip: dict[str, Any] = {"mu_static": 0.6, "mu_dynamic": 0.5, "speed": 0.01}
-    return [
-        hp.Contact.accurate(), hp.Contact.s1(), hp.Contact.s1_printed(), hp.Contact.s2(),
-        hp.Contact.soil(), hp.contact.HuntCrossley.hertz(**rubber),
-        hp.contact.Restitution.hertz(**rubber, restitution=0.4),
-        hp.contact.StickSlip(mu=0.6, stiffness=1e4, damping=50.0),
-        hp.contact.KelvinVoigt(stiffness=1e4, damping=10.0),
-        hp.contact.SmoothStep(**slip), hp.contact.BrownMcPhee(**slip),
-    ]  # fmt: skip
-
-
-def _runs() -> list[Any]:
-    """Return a walk that is long enough for tables of a steady cycle, and what they are."""
-    scene, control, steady = material.scene(), material.control(), {"duration": LEAST, **QUICK}
-    walk = material.walk()
-    demand, records = joint_demand(walk, postures=4), hp.load_catalog().records[:2]
-    case = hp.Case(hp.Scene(material.robot()), control, duration=LEAST, accuracy=1e-3)
-    gait, once = {"tripod": control.gait}, {"check": 0, **QUICK}
-    compared = hp.compare({"a": scene}, {"a": control, "b": hp.HoldPosture()}, **steady)
-    return [
-        scene, walk, walk.summary, walk.checkpoint, demand, motor_ranking(demand, records),
-        hp.torque_budget(walk), hp.stability(walk), hp.walk_verdict(walk),
-        hp.results.phase_torques(walk), hp.results.joint_moments(walk), case, compared,
-        hp.study.judge_peaks(case), *_selection(),
-        hp.torque_map(scene, "arc", strokes=[0.06], cycle_times=[0.8], **once),
-        hp.study.gait_energy(scene, gait, [0.09], **once), *_studied(),
-        hp.simulation.amplification(scene, control, duration=0.1),
-        hp.tune(
-            crouch, {"angle": 0.0}, {"angle": (-0.2, 0.2)}, {"a": scene}, height,
-            held_out={"b": hp.Scene(material.robot())}, seed=1, budget=10, population=5, **STEPS,
-        ),
-    ]  # fmt: skip
 
 
 STEPS: Mapping[str, Any] = {"duration": 0.05, "method": "robust", "step": 2e-3}
@@ -129,49 +47,6 @@ def height(found: Any, baseline: Any) -> float:
     return float(np.mean([run.height_mean for run in found]))
 
 
-def _selection() -> list[Any]:
-    return [hp.select_motors(material.MOTORS_TEXT, samples=0, threads=1)]
-
-
-def _studied() -> list[Any]:
-    path = material.new_file("db")
-    path.write_bytes(material.store_bytes())
-    study, result = hp.study.SweepStudy.from_toml(material.STUDY_TEXT), hp.study.open_sweep(path)
-    data = {"torque_peak": np.arange(float(8))}
-    return [study, result, hp.study.uncertainty(study, data, "torque_peak", grid_point=0)]
-
-
-def _parts() -> list[Any]:
-    """Return instances of what is neither run nor in a run."""
-    solid = hp.robot.Trunk.solid(1.0, (0.2, 0.1, 0.05))
-    rod = hp.robot.Segment.rod(0.1, 0.1, 0.01, (-1.0, 1.0), 5.0, 5.0)
-    measurement = session().measure()
-    return [
-        solid, rod, hp.load_catalog(), hp.load_catalog().records[0].motor(),
-        hp.simulation.WorkLimits(),
-        hp.Blueprint.from_dimensions(
-            "six", trunk=solid, coxa=rod, femur=rod, tibia=rod, hip_x=0.1, hip_y=0.05,
-            foot_radius=0.01, posture=(0.0, 0.3, -0.6),
-        ),
-        hp.LostLeg(leg=material.robot().legs[0].name, start=0.0),
-        hp.Push("base_link", force=(1.0, 0.0, 0.0), start=0.0, duration=1e-3),
-        hp.loads.MassFactor(links=("base_link",), factor=1.1),
-        hp.loads.RemovedMass(link="base_link", mass=0.01),
-        hp.study.RelativeObjective({"torque_rms": 1.0}), hp.Servo.for_robot(material.robot()),
-        hp.JointStops.for_robot(material.robot()), measurement,
-        hp.interchange.ServoMount(1), SERVOS["dynamixel-x"],
-        hp.interchange.read_mjcf(
-            hp.interchange.write_mjcf(material.robot(), material.new_file("xml"), drawn=False)
-        ),
-        hp.rl.WalkEnv(material.robot(), duration=0.1), hp.rl.RewardWeights(),
-        hp.rl.WalkVectorEnv(2, material.robot(), duration=0.1),
-        hp.interchange.read_mcap(
-            hp.interchange.write_mcap(material.trace(), material.new_file("mcap"))
-        ),
-        hp.feedback.Command(q=measurement.q), material.state(), hp.foot_control.FootForceSensing(),
-    ]  # fmt: skip
-
-
 def session() -> hp.Session:
     """Return a session; unlike other instances it changes, and is made anew for each call."""
     limits = hp.simulation.WorkLimits(evaluations=3e4)
@@ -182,8 +57,12 @@ def session() -> hp.Session:
 def pool() -> Mapping[type, list[Any]]:
     """Return instances by their class, those in others' fields included."""
     found: dict[type, list[Any]] = collections.defaultdict(list)
-    roots = [*_controllers(), *_functions_of_time(), *_grounds(), *_laws(), *_runs(), *_parts()]
-    roots.append(material.walk().plot)
+    roots = [
+        hp.study.SweepStudy.from_toml(material.STUDY_TEXT), material.walk().plot,
+        hp.rl.WalkEnv(material.robot(), duration=0.1),
+        hp.rl.WalkVectorEnv(2, material.robot(), duration=0.1),
+        *public_samples.samples(material.folder()),
+    ]  # fmt: skip
     for one in _within(roots, set()):
         found[type(one)].append(one)
     return found
