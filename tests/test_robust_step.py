@@ -260,28 +260,6 @@ def test_a_tumbling_hexapod_in_flight_gains_next_to_nothing() -> None:
     assert lost[1] < 0.6 * lost[0] < 0.006 * energy[0]  # first order
 
 
-def test_a_turned_and_a_shifted_scene_move_alike() -> None:
-    scene, start, posture = vehicles.drop(vehicles.hexa_ref())
-    plain = robust(scene, hp.HoldPosture(tuple(posture)), 0.3, 1e-3, initial=start)
-    turn = pin.Quaternion(pin.rpy.rpyToMatrix(0.0, 0.0, 1.1))
-    q = start.q.copy()
-    q[:3] = turn * q[:3] + np.array([3.0, -5.0, 0.0])
-    q[3:7] = (turn * pin.Quaternion(q[3:7])).coeffs()
-    moved = scene.robot.check_state(q, start.v)
-    other = robust(scene, hp.HoldPosture(tuple(posture)), 0.3, 1e-3, initial=moved)
-    assert np.abs(other.q[:, 7:] - plain.q[:, 7:]).max() < 1e-11
-    assert np.abs(other.v - plain.v).max() < 1e-9
-
-
-def test_a_run_in_two_parts_is_the_same_run() -> None:
-    robot = hp.load_robot("kharagpur")
-    scene = hp.Scene(robot, contact=hp.Contact(normal=RUBBER, friction=TANH))
-    whole = robust(scene, WALK, 0.8, 1e-3)
-    part = robust(scene, WALK, 0.4, 1e-3)
-    rest = robust(scene, WALK, 0.4, 1e-3, initial=part.checkpoint)
-    assert np.abs(rest.q[-1] - whole.q[-1]).max() < 1e-9
-
-
 def test_published_forces_carry_the_weight() -> None:
     """A standing robot at rest: the feet's mean forces are its weight, without side load."""
     robot = hp.load_robot("kharagpur")
