@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hexapod_pin.benchmark.calibration import (
+from hexapod_pin.benchmark.hard_suite import (
     Calibration,
     calibrate,
     calibration_table,

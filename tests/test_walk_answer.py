@@ -14,7 +14,7 @@ import hexapod_pin as hp
 from hexapod_pin.ground.terrain import Ramp
 from hexapod_pin.results.ground_obstacle import SPACING, Obstacle, find_obstacle
 from hexapod_pin.results.sizing import joint_demand, motor_budget
-from hexapod_pin.results.sizing.lightest import lightest_motors
+from hexapod_pin.results.sizing.ranking import lightest_motors
 from hexapod_pin.results.walk_answer import rounded, walk_answer
 from hexapod_pin.robot.loading.load_options import LoadOptions
 from hexapod_pin.text_table import WIDTH

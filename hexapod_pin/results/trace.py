@@ -25,7 +25,6 @@ from hexapod_pin.errors import ParameterError
 from hexapod_pin.foreign_text import csv_cell, encoded
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.error_estimate import QUANTITIES, ErrorEstimate
-from hexapod_pin.results.peak_states import PeakStates
 from hexapod_pin.results.result_files import (
     CSV,
     NETCDF,
@@ -38,7 +37,7 @@ from hexapod_pin.results.result_files import (
 )
 from hexapod_pin.results.run_facts import USUAL
 from hexapod_pin.results.run_record import UNKNOWN, Event, JointLimits, RunRecord
-from hexapod_pin.results.samples import RobotSamples
+from hexapod_pin.results.samples import PeakStates, RobotSamples
 from hexapod_pin.results.schema import schema
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.shown import drawn

@@ -24,7 +24,6 @@ from hexapod_pin.file_schema import (
 from hexapod_pin.results.checkpoint import Checkpoint, CheckpointData
 from hexapod_pin.results.error_estimate import QUANTITIES, ErrorEstimate
 from hexapod_pin.results.gait_energy import GaitEnergy
-from hexapod_pin.results.peak_states import PREFIX, PeakStates
 from hexapod_pin.results.result_files import (
     CSV,
     NETCDF,
@@ -36,7 +35,14 @@ from hexapod_pin.results.result_files import (
 )
 from hexapod_pin.results.run_facts import left_out, recorded_groups
 from hexapod_pin.results.run_record import RunRecord
-from hexapod_pin.results.samples import BASE_Q, BASE_V, ENERGIES, RequestedSamples
+from hexapod_pin.results.samples import (
+    BASE_Q,
+    BASE_V,
+    ENERGIES,
+    PREFIX,
+    PeakStates,
+    RequestedSamples,
+)
 from hexapod_pin.results.schema import schema
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.torque_map import TorqueMap

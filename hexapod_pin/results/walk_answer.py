@@ -19,9 +19,9 @@ from hexapod_pin.errors import HexapodError, NotRecordedError, ParameterError
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.joint_budget import JointBudget, KindBudget
 from hexapod_pin.results.result_files import without_non_finite
-from hexapod_pin.results.sizing.lightest import LightestMotor, lightest_motors
 from hexapod_pin.results.sizing.motor_budget import MotorBudget, motor_budget
 from hexapod_pin.results.sizing.motor_use import MotorUse
+from hexapod_pin.results.sizing.ranking import LightestMotor, lightest_motors
 from hexapod_pin.results.sizing.trace_demand import joint_demand
 from hexapod_pin.results.stability import stability
 from hexapod_pin.results.torque_budget import TorqueBudget, torque_budget

@@ -24,9 +24,8 @@ from hexapod_pin.errors import (
 )
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.joint_budget import LIMITED_TORQUE_SHARE
-from hexapod_pin.results.peak_states import PeakStates
 from hexapod_pin.results.run_facts import left_out
-from hexapod_pin.results.samples import ENERGIES, RequestedSamples
+from hexapod_pin.results.samples import ENERGIES, PeakStates, RequestedSamples
 from hexapod_pin.results.schema import schema
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.scene.loaded_model import native_loads

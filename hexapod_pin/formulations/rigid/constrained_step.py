@@ -21,8 +21,7 @@ from hexapod_pin.formulations.rigid.derivative import (
     solve_kkt,
 )
 from hexapod_pin.formulations.rigid.model import EquationTerms, RigidModel
-from hexapod_pin.formulations.servo import servo_torque
-from hexapod_pin.formulations.set_points import SetPoints
+from hexapod_pin.formulations.set_points import SetPoints, servo_torque
 
 if TYPE_CHECKING:
     from hexapod_pin.drive.servo import Servo

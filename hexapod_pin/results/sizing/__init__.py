@@ -5,10 +5,14 @@ from hexapod_pin.drive.catalog.motor_record import Derating
 from hexapod_pin.drive.winding import Winding
 from hexapod_pin.results.sizing.battery import BatteryLoad
 from hexapod_pin.results.sizing.demand import JointDemand
-from hexapod_pin.results.sizing.lightest import LightestMotor, lightest_motors
 from hexapod_pin.results.sizing.motor_budget import MotorBudget, motor_budget
 from hexapod_pin.results.sizing.motor_use import MotorUse
-from hexapod_pin.results.sizing.ranking import MotorRanking, motor_ranking
+from hexapod_pin.results.sizing.ranking import (
+    LightestMotor,
+    MotorRanking,
+    lightest_motors,
+    motor_ranking,
+)
 from hexapod_pin.results.sizing.trace_demand import joint_demand
 from hexapod_pin.results.sizing.walking_heat import WalkingHeat, walking_heat
 

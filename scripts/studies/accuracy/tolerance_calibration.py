@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from hexapod_pin.benchmark.calibration import (
+from hexapod_pin.benchmark.hard_suite import (
     ACCURACIES,
     SEED,
     calibrate,
