@@ -31,19 +31,14 @@ def test_coefficient_equals_its_formula(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", FRICTION)
-def test_slope_equals_a_complex_step_and_central_differences(name: str) -> None:
+def test_slope_equals_a_complex_step(name: str) -> None:
     """The native ratio + slope s^2 is dm/ds: at random speeds, near rest and past the knees."""
     law, native, rng = FRICTION[name], FRICTION[name].native(), np.random.default_rng(3)
-    for speed in [*SPEEDS, *rng.uniform(0.0, 0.3, 100)]:
+    for speed in [*SPEEDS, *rng.uniform(0.0, 0.3, 100), 2.0]:
         ratio, slope = native(speed)
         exact = np.imag(numpy_friction(law, speed + 1j * IMAGINARY)) / IMAGINARY
         # ratio and slope s^2 cancel where m is flat: absolute, on the scale of the ratio
         assert ratio + slope * speed * speed == pytest.approx(exact, rel=1e-11, abs=1e-12 * ratio)
-    native = FRICTION[name].native()
-    for speed in [1e-5, 3e-4, 0.015, 0.03, 0.3, 2.0]:
-        h = 1e-3 * speed
-        slope = (native(speed + h)[0] - native(speed - h)[0]) / (2 * h) / speed
-        assert native(speed)[1] == pytest.approx(slope, rel=1e-4, abs=1e-9 * native(speed)[0])
 
 
 @pytest.mark.parametrize("name", FRICTION)

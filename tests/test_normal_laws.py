@@ -23,7 +23,7 @@ def random_states(count: int = 200) -> list[tuple[float, float]]:
 @pytest.mark.parametrize("name", NORMAL)
 def test_force_equals_its_formula(name: str) -> None:
     law = NORMAL[name]
-    for depth, rate in random_states():
+    for depth, rate in [*random_states(), (1e-4, -10.0), (-1e-4, 10.0)]:  # the last two pull
         expected = numpy_normal(law, depth, rate, TOUCH)
         # one rounding per operation, about ten; the sum of spring and damper may cancel
         scale = abs(law.native()(max(depth, 0.0), 0.0, TOUCH)[0])
@@ -61,20 +61,6 @@ def test_hc33_derivatives_at_denormal_depth(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", NORMAL)
-def test_derivatives_equal_central_differences(name: str) -> None:
-    """The same slopes from the law itself, without the second formula."""
-    law, native = NORMAL[name], NORMAL[name].native()
-    for depth, rate in [(1e-5, 0.01), (5e-5, -0.003), (3e-4, 0.02), (3e-4, -0.01)]:
-        force, d_depth, d_rate, _ = native(depth, rate, TOUCH)
-        assert force > 0.0
-        h = 1e-5
-        around = law.force(np.array([1 + h, 1 - h]) * depth, rate, TOUCH)
-        assert d_depth == pytest.approx((around[0] - around[1]) / (2 * h * depth), rel=1e-7)
-        around = law.force(depth, rate + np.array([h, -h]), TOUCH)
-        assert d_rate == pytest.approx((around[0] - around[1]) / (2 * h), rel=1e-7)
-
-
-@pytest.mark.parametrize("name", NORMAL)
 def test_elastic_energy_is_the_integral_of_the_elastic_force(name: str) -> None:
     native = NORMAL[name].native()
     depth = np.linspace(0.0, 3e-4, 20001)
@@ -89,12 +75,6 @@ def test_damping_never_gives_energy(name: str) -> None:
     for depth, rate in random_states():
         force, _, _, elastic = native(depth, rate, TOUCH)
         assert (force - elastic) * rate >= 0.0
-
-
-@pytest.mark.parametrize("name", NORMAL)
-def test_no_law_pulls(name: str) -> None:
-    assert float(NORMAL[name].force(1e-4, -10.0, TOUCH)) == 0.0
-    assert float(NORMAL[name].force(-1e-4, 10.0, TOUCH)) == 0.0
 
 
 @pytest.mark.parametrize("name", NORMAL)
