@@ -31,25 +31,36 @@ from broken_urdfs import (
 from refusals import refused
 from test_findings import ALONE, MESH, TOGETHER
 
-from hexapod_pin.errors import ParameterError
+from hexapod_pin.errors import ParameterError, UrdfError
 from hexapod_pin.robot.description.urdf_file import parse_urdf
 from hexapod_pin.robot.repair import RepairOptions, find_all, repair_urdf
 from hexapod_pin.robot.repair.inertias import nearest_possible
 from hexapod_pin.robot.repair.rules import DENSITY, JOINT_RANGE, SPEED
+from hexapod_pin.robot.robot import load_robot
 
 NO_REPAIR = {"too dense", "mesh not found", "unreadable origin", "loop", "absurd size"}
 """Kinds that only the user can repair."""
 
 
 @pytest.mark.parametrize("name", [*TOGETHER, *ALONE])
-def test_each_trouble_is_found_and_gone(name: str) -> None:
-    """Kind and place; a repair removes it where it can, adds nothing, and has no second effect."""
+def test_each_trouble_is_found_and_gone(name: str, tmp_path: Path) -> None:
+    """Kind and place; a repair removes it where it can, adds nothing, and has no second effect.
+
+    Where a file is refused for it, the error says so, with place and value.
+    """
     change, kind, place = {**TOGETHER, **ALONE}[name]
     file = broken(change)
     findings = find_all(file, NoMeshes())
     found = [x for x in findings if x.what == kind and place in x.where + x.value]
     assert found and all(x.value and x.rule and x.repair for x in findings), findings
     assert {x.repairable for x in found} == {kind not in NO_REPAIR}
+    if "refused" in {x.severity for x in found}:
+        path = tmp_path / "broken.urdf"
+        path.write_text(file.text)
+        with pytest.raises(UrdfError) as caught:
+            load_robot(path)
+        assert any(kind in text and place in text for text in caught.value.findings)
+        assert any(x.value in text for x in found for text in caught.value.findings)
     done = repair_urdf(file, NoMeshes())
     after = find_all(done.file, NoMeshes())
     left, places = {x.what for x in after}, {(x.what, x.where) for x in after}
