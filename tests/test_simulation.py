@@ -153,13 +153,6 @@ def test_time_stamps_are_exact_multiples() -> None:
     assert np.array_equal(trace.time, np.arange(101) * 10 * 1e-3)
 
 
-def test_scene_survives_its_toml() -> None:
-    scene = hp.Scene(hp.load_robot("athena"), contact=hp.Contact.s2(), gravity=(1.0, 0.0, -9.0))
-    again = hp.Scene.from_toml(scene.to_toml())
-    assert again.to_toml() == scene.to_toml()
-    assert again.contact == scene.contact and again.servo == scene.servo
-
-
 def test_trace_carries_its_scene() -> None:
     scene = hp.Scene(hp.load_robot("kharagpur"))
     trace = hp.simulate(scene, hp.HoldPosture(), duration=0.01)
