@@ -27,6 +27,17 @@ from hexapod_pin.robot.repair.finding import finding_lines
 
 MESH = '<visual><geometry><mesh filename="package://none/a.stl"/></geometry></visual>'
 
+
+def both(*breaks: Break) -> Break:
+    """Return several breaks as one."""
+
+    def change(root: ET.Element) -> None:
+        for one in breaks:
+            one(root)
+
+    return change
+
+
 TOGETHER: dict[str, tuple[Break, str, str]] = {
     "mass below 0": (put("link lf_coxa/inertial/mass", value="-1"), "unreadable mass", "lf_coxa"),
     "mass nan": (put("link lm_coxa/inertial/mass", value="nan"), "unreadable mass", "lm_coxa"),
@@ -48,7 +59,8 @@ TOGETHER: dict[str, tuple[Break, str, str]] = {
                        "inertia against size", "rr_femur"),
     "lighter than air": (put("link lf_tibia/inertial/mass", value="1e-8"), "dummy mass",
                     "lf_tibia"),
-    "mass in g on one": (put("link lm_tibia/inertial/mass", value="110000"), "too dense",
+    "mass in g on two": (both(put("link lm_tibia/inertial/mass", value="110000"),
+                              put("link rm_tibia/inertial/mass", value="110000")), "too dense",
                     "lm_tibia"),
     "centre in mm": (put("link lr_tibia/inertial/origin", xyz="49 0 0"), "centre of mass outside",
                      "lr_tibia"),
@@ -129,10 +141,13 @@ def floor(root: ET.Element) -> None:
         "</joint>")(root)  # fmt: skip
 
 
-def millimetres(root: ET.Element) -> None:
-    for kind, path in (("joint", "origin"), ("link", "inertial/origin"), ("link", "visual/origin")):
-        scale(kind, path, "xyz", 1e3)(root)
-    scale("link", "visual/geometry/box", "size", 1e3)(root)
+def lengths(factor: float) -> Break:
+    """Write all lengths but the feet's in another unit."""
+    return both(
+        scale("joint", "origin", "xyz", factor), scale("link", "inertial/origin", "xyz", factor),
+        scale("link", "visual/origin", "xyz", factor),
+        scale("link", "visual/geometry/box", "size", factor),
+    )  # fmt: skip
 
 
 def degrees(root: ET.Element) -> None:
@@ -145,7 +160,39 @@ ALONE: dict[str, tuple[Break, str, str]] = {
     "reserved": (put("joint rr_coxa_joint", name="root_joint"), "reserved name", "root_joint"),
     "loop": (loop, "loop", "lf_coxa"),
     "world": (floor, "fixed to the world", "world"),
-    "millimetres": (millimetres, "joints in mm", "robot"),
+    "millimetres": (lengths(1e3), "joints in mm", "robot"),
+    "inches": (lengths(1.0 / 0.0254), "joints in inches", "robot"),
+    "centimetres": (lengths(1e2), "joints in cm", "robot"),
+    "boxes in inches": (
+        scale("link", "visual/geometry/box", "size", 1.0 / 0.0254),
+        "shapes in inches",
+        "robot",
+    ),
+    "3 kg on a leg": (
+        put("link lf_tibia/inertial/mass", value="3"),
+        "unlike the other legs",
+        "lf_tibia",
+    ),
+    "an axis": (
+        put("joint rf_tibia_joint/axis", xyz="0 -1 0"),
+        "unlike the other legs",
+        "rf_tibia_joint",
+    ),
+    "a weak joint": (
+        put("joint rm_femur_joint/limit", effort="1.5"),
+        "unlike the other legs",
+        "rm_femur_joint",
+    ),
+    "damping in another unit": (
+        every("joint", "dynamics", damping="2"),
+        "absurd resistance",
+        "lf_coxa_joint",
+    ),
+    "friction of 20 N m": (
+        every("joint", "dynamics", friction="20"),
+        "absurd resistance",
+        "lf_coxa_joint",
+    ),
     "centres in mm": (scale("link", "inertial/origin", "xyz", 1e3), "inertials in mm", "robot"),
     "boxes in mm": (scale("link", "visual/geometry/box", "size", 1e3), "shapes in mm", "robot"),
     "grams": (scale("link", "inertial/mass", "value", 1e3), "masses in g", "robot"),

@@ -38,7 +38,14 @@ from hexapod_pin.robot.repair.inertias import nearest_possible
 from hexapod_pin.robot.repair.rules import DENSITY, JOINT_RANGE, SPEED
 from hexapod_pin.robot.robot import load_robot
 
-NO_REPAIR = {"too dense", "mesh not found", "unreadable origin", "loop", "absurd size"}
+NO_REPAIR = {
+    "too dense",
+    "absurd resistance",
+    "mesh not found",
+    "unreadable origin",
+    "loop",
+    "absurd size",
+}
 """Kinds that only the user can repair."""
 
 

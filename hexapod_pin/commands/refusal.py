@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
-from hexapod_pin.errors import HexapodError, UrdfError
+from hexapod_pin.errors import GaitError, HexapodError, UrdfError
+
+if TYPE_CHECKING:
+    from hexapod_pin.robot.robot import Robot
 
 SHOWN = 3
 """Parts that are named for one fault."""
@@ -27,6 +32,23 @@ def refusal_text(error: UrdfError, command: str, options: set[str]) -> str:
     return "\n".join([*head, *lines, _next_command(error.source, command, options)])
 
 
+@contextmanager
+def doubtful_file(robot: Robot) -> Iterator[None]:
+    """Put what is doubtful in a robot's file first, where its walk is refused: it may be why.
+
+    Raises:
+        GaitError: what was raised, behind the first doubt.
+    """
+    try:
+        yield
+    except GaitError as error:
+        if not robot.doubts:
+            raise
+        cure = "" if robot.options.get("repair") else " Try --repair."
+        text = f"{robot.name}: {robot.doubts[0]}. {error}{cure}"
+        raise GaitError(text, error.quantity, error.limit) from error
+
+
 MOST_KINDS = 3
 """Kinds of fault in the first line."""
 
@@ -42,9 +64,13 @@ def _kinds(findings: Sequence[str]) -> str:
 def _kind(text: str) -> str:
     """Return the kind of a finding: between the place and the value of one of `find_all`."""
     parts = text.split(": ")
-    kind = (parts[1] if len(parts) > 2 else parts[0]).partition(". ")[0]
+    placed = len(parts) > 2 and parts[0].partition(" ")[0] in PLACES
+    kind = (parts[1] if placed else parts[0]).partition(". ")[0]
     return kind if len(kind) <= LONGEST_KIND else kind[: LONGEST_KIND - 3].rstrip() + "..."
 
+
+PLACES = ("robot", "link", "links", "joint", "joints", "mesh", "material")
+"""How the place of a finding begins."""
 
 LONGEST_KIND = 50
 """Characters of a kind."""

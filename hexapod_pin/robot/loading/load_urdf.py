@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from hexapod_pin.errors import HexapodError, UrdfError
 from hexapod_pin.robot.description.urdf_file import UrdfFile, parse_urdf
 from hexapod_pin.robot.loading.backlash import with_backlash
@@ -20,6 +22,8 @@ from hexapod_pin.robot.recognition.layout import (
 )
 from hexapod_pin.robot.recognition.recognise import recognise
 from hexapod_pin.robot.repair.find_all import check_urdf
+from hexapod_pin.robot.repair.measures import LinkSolids, Measures
+from hexapod_pin.robot.repair.units import mesh_slips
 
 
 class LoadedUrdf(NamedTuple):
@@ -75,7 +79,10 @@ def loaded(read: SourceFile, options: LoadOptions, layout: RobotLayout | None = 
         endless = all("continuous joint" in text for text in findings)
         more = _unrecognised(file, finder, options) if endless else []
         raise UrdfError(file.source, [*findings, *more])
-    layout = layout or recognise(file, finder, options)
+    if layout is None:
+        layout = _recognised(file, finder, options, doubts)
+    if (slip := _mesh_unit(file, finder, layout)) and slip not in doubts:
+        doubts = (slip, *doubts)
     file = annotate_urdf(file, layout)
     if options.backlash:
         file, layout = with_backlash(file, layout, options.backlash)
@@ -96,6 +103,39 @@ def loaded_text(text: str, source: str, options: LoadOptions) -> LoadedUrdf:
     layout = layout_stated(file, options) or layout_named(file, options)
     layout = layout or layout_of_feet(file, options)
     return LoadedUrdf(file, layout, options, (), tuple(suspicious), doubts)
+
+
+def _recognised(
+    file: UrdfFile, finder: ResourceFinder, options: LoadOptions, doubts: tuple[str, ...]
+) -> RobotLayout:
+    """Return what is recognised of a robot.
+
+    Raises:
+        UrdfError: nothing can be; what is doubtful in the file comes first, it may be why.
+    """
+    try:
+        return recognise(file, finder, options)
+    except UrdfError as error:
+        slips = mesh_slips(Measures(file, LinkSolids(finder))).values()
+        found = dict.fromkeys([*doubts, *(f"meshes look like {x.unit}" for x in slips)])
+        if not found:
+            raise
+        raise UrdfError(error.source, [*found, *error.findings]) from error
+
+
+FAR = 2.0
+"""Distance of a foot from the last joint of its leg over the span of all joints, from which meshes
+are doubted (*assumed*): robots have 0.1 to 0.5."""
+
+
+def _mesh_unit(file: UrdfFile, finder: ResourceFinder, layout: RobotLayout) -> str:
+    """Return the doubt that meshes, by which feet were found, are in another unit; else nothing."""
+    span = Measures(file, LinkSolids(None)).span
+    far = max((float(np.linalg.norm(leg.centre)) for leg in layout.legs), default=0.0)
+    if not 0.0 < FAR * span < far:
+        return ""
+    slips = mesh_slips(Measures(file, LinkSolids(finder))).values()
+    return next((f"meshes look like {slip.unit}, not SI units" for slip in slips), "")
 
 
 def _unrecognised(file: UrdfFile, finder: ResourceFinder, options: LoadOptions) -> list[str]:

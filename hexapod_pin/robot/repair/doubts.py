@@ -12,11 +12,20 @@ from collections.abc import Sequence
 from hexapod_pin.robot.repair import rules
 from hexapod_pin.robot.repair.finding import Finding
 
-UNITS = ("joints", "inertials", "masses", "inertias", "limits")
+UNITS = ("joints", "meshes", "inertials", "masses", "inertias", "limits")
 """Numbers of which a finding "... in UNIT" tells the unit; of shapes only pictures depend on it."""
+
+WORDS = {"joints": "lengths"}
+"""What numbers are called in a doubt: those of the joints are the robot's lengths."""
 
 WHOLE = ("absurd mass", "absurd size")
 """Kinds of finding of the whole robot."""
+
+UNLIKE, RESISTANCE = "unlike the other legs", "absurd resistance"
+"""Kinds of finding of one part; of joints that resist, all together."""
+
+OF_PARTS = (UNLIKE,)
+"""Kinds of which the place and the value are named."""
 
 OF_LINKS = {
     "inertia against size": "inertia that does not fit the size",
@@ -37,9 +46,18 @@ def doubts(findings: Sequence[Finding]) -> tuple[str, ...]:
     for finding in findings:
         numbers, joined, unit = finding.what.partition(" in ")
         if joined and numbers in UNITS:
-            found.append(f"{numbers} look like {unit}, not SI units")
+            found.append(f"{WORDS.get(numbers, numbers)} look like {unit}, not SI units")
         elif finding.what in WHOLE:
             found.append(f"{finding.what}: {finding.value}")
+    found += [
+        f"{name_of(finding.where)}: {finding.value}"
+        for finding in findings
+        if finding.what in OF_PARTS and not finding.value.startswith("velocity")
+    ]
+    resisting = [finding for finding in findings if finding.what == RESISTANCE]
+    if resisting:
+        first, more = resisting[0], len(resisting) - 1
+        found.append(f"{name_of(first.where)}{f' and {more} more' if more else ''}: {first.value}")
     links = Counter(finding.what for finding in findings if finding.what in OF_LINKS)
     if any(text.startswith("inertias") for text in found):
         links.pop("inertia against size", None)
@@ -47,6 +65,11 @@ def doubts(findings: Sequence[Finding]) -> tuple[str, ...]:
     for kind, count in links.items():
         found.append(f"{OF_LINKS[kind]}: {places[kind] if count == 1 else f'{count} links'}")
     return tuple(found)
+
+
+def name_of(place: str) -> str:
+    """Return the name in a place such as "link 'tibia_1'"."""
+    return place.partition(" ")[2].strip("'") or place
 
 
 # The mass of the whole robot, from the length of its legs and the motors that it must carry.

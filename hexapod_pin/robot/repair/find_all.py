@@ -18,6 +18,7 @@ from hexapod_pin.robot.repair.doubts import doubts
 from hexapod_pin.robot.repair.finding import Draft, Finding
 from hexapod_pin.robot.repair.inertias import inertia_findings
 from hexapod_pin.robot.repair.joints import joint_findings
+from hexapod_pin.robot.repair.like_parts import unlike_findings
 from hexapod_pin.robot.repair.limits import limit_findings
 from hexapod_pin.robot.repair.masses import SCALE_FIRST, whole_findings
 from hexapod_pin.robot.repair.measures import LinkSolids, Measures, MeshFinder
@@ -34,7 +35,9 @@ def find_all(file: UrdfFile, finder: MeshFinder | None) -> list[Finding]:
         finder: finds meshes; None leaves them out of the judgement.
     """
     measures = Measures(file, LinkSolids(finder))
-    sized = [*limit_findings(measures), *inertia_findings(measures)]
+    sized = [
+        *unlike_findings(measures), *limit_findings(measures), *inertia_findings(measures)
+    ]  # fmt: skip
     if not (measures.plausible_size or joint_length_slip(measures)):
         sized = [replace(x, repair=SCALE_FIRST, repairable=False) for x in sized]
     return [
@@ -113,11 +116,14 @@ def repair_statement(draft: Draft) -> None:
 def _places(file: UrdfFile, own: ET.Element, tag: str, name: str) -> Iterator[BadStatement]:
     """Yield the stated places of one kind that no joint can have."""
     moved = {joint.name: joint for joint in file.joints if joint.moves}
+    kinds = {joint.name: joint.kind for joint in file.joints}
     for element in own.findall(tag):
         joint, written = element.get("joint") or "", element.get(name)
         place = attribute(element, name, math.nan)
         severity: Severity = "refused"
-        if joint not in moved:
+        if joint in kinds and joint not in moved:
+            text = f"<{tag}>: joint {joint!r} is {kinds[joint]}, so it has no {name}"
+        elif joint not in moved:
             text = f"<{tag}>: no moved joint {joint!r}"
         elif not math.isfinite(place):
             text = f"<{tag}> joint {joint!r}: {name} {written!r}"

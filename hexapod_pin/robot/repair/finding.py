@@ -6,7 +6,7 @@ A draft is a URDF under repair, with the options of the user and a list of all c
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from decimal import Decimal, InvalidOperation
 from typing import Annotated
@@ -178,10 +178,20 @@ class Draft:
 
 def scaled(text: str, power: int) -> str:
     """Return the numbers of a text times a power of ten, exactly; other parts as they are."""
+    return _multiplied(text, lambda number: number.scaleb(power))
+
+
+def multiplied(text: str, factor: float) -> str:
+    """Return the numbers of a text times a short decimal, exactly; other parts as they are."""
+    by = Decimal(repr(factor))
+    return _multiplied(text, lambda number: number * by)
+
+
+def _multiplied(text: str, change: Callable[[Decimal], Decimal]) -> str:
     parts = []
     for part in text.split():
         try:
-            parts.append(str(Decimal(part).scaleb(power)))
+            parts.append(str(change(Decimal(part))))
         except InvalidOperation:
             parts.append(part)
     return " ".join(parts)

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 
 from hexapod_pin.robot.description.urdf_file import Joint
 from hexapod_pin.robot.repair import rules
+from hexapod_pin.robot.repair.doubts import RESISTANCE
 from hexapod_pin.robot.repair.finding import Draft, Finding
 from hexapod_pin.robot.repair.measures import Measures
 from hexapod_pin.robot.repair.rules import Severity
@@ -28,7 +29,28 @@ def limit_findings(measures: Measures) -> list[Finding]:
     joints = [j for j in measures.file.joints if limited(j)]
     slip = limits_in_degrees(joints)
     found = [] if slip is None else [slip]
-    return found + [found for joint in joints for found in _of_joint(measures, joint)]
+    found += [found for joint in joints for found in _of_joint(measures, joint)]
+    return found + [found for joint in joints for found in _resistance(measures, joint)]
+
+
+def _resistance(measures: Measures, joint: Joint) -> Iterator[Finding]:
+    """Yield that damping or friction of a joint is above what standing takes."""
+    holding = measures.holding_torque if measures.plausible_mass else 0.0
+    if joint.kind != "revolute" or holding <= 0.0:
+        return
+    speed = min(rules.SPEED, joint.limit("velocity", rules.SPEED) or rules.SPEED)
+    for name, unit, torque, at in (
+        ("damping", "N m s/rad", speed * joint.dynamics("damping"), f" at {speed:.3g} rad/s"),
+        ("friction", "N m", joint.dynamics("friction"), ""),
+    ):
+        if torque > rules.RESISTANCE * holding:
+            value = f"{name} {joint.dynamics(name):.3g} {unit}"
+            took = f" takes {torque:.2g} N m{at}" if at else ""
+            yield Finding(
+                RESISTANCE, f"joint {joint.name!r}", f"{value}{took}, standing {holding:.2g} N m",
+                "less than standing on three feet takes", "check its unit by hand", "suspicious",
+                repairable=False,
+            )  # fmt: skip
 
 
 def limits_in_degrees(joints: Sequence[Joint]) -> Finding | None:

@@ -18,6 +18,7 @@ from hexapod_pin.robot.repair.find_all import repair_statement
 from hexapod_pin.robot.repair.finding import Draft, RepairOptions, places_text
 from hexapod_pin.robot.repair.inertias import repair_inertias
 from hexapod_pin.robot.repair.joints import repair_joints
+from hexapod_pin.robot.repair.like_parts import repair_unlike
 from hexapod_pin.robot.repair.limits import repair_limits
 from hexapod_pin.robot.repair.masses import repair_masses
 from hexapod_pin.robot.repair.measures import MeshFinder
@@ -34,7 +35,7 @@ STEPS: tuple[Step, ...] = (
 )
 """Each starts from what the ones before have left."""
 
-STEPS_OF_A_SIZE: tuple[Step, ...] = (repair_masses, repair_inertias, repair_limits)
+STEPS_OF_A_SIZE: tuple[Step, ...] = (repair_unlike, repair_masses, repair_inertias, repair_limits)
 """What needs a robot of a possible size: masses need lengths, limits need masses."""
 
 MOST_ROUNDS = 5

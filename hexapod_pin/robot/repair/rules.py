@@ -38,6 +38,12 @@ beside what its size lets expect."""
 USUAL_MASS_PER_LEG = 110.0
 """The geometric mean of those robots [kg/m^3]."""
 
+WALKERS_PER_SPAN = (2.0, 50.0)
+"""The same of walking robots [kg/m^3]."""
+
+USUAL_MASS_PER_SPAN = 10.0
+"""The geometric mean of walking robots' mass over the cube of the span of their joints [kg/m^3]."""
+
 HEAVY = 3.0
 """Mass over the largest plausible one from which the repair replaces it [-]."""
 
@@ -86,6 +92,10 @@ lifts two thirds of the legs and pushes."""
 
 TORQUES = (0.02, 20.0)
 """Plausible torque limits over weight times leg length; 1 lifts the robot on one stretched leg."""
+
+RESISTANCE = 1.0
+"""Torque by damping, at the joint's speed, or friction of a joint over what standing on three feet
+takes, from which it is doubted (*assumed*): geared servos have a tenth."""
 
 SMALL_SHARE = 0.005
 """Share of the total mass of a moved link of which nothing is drawn, *assumed*."""

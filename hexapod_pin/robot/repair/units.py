@@ -1,4 +1,4 @@
-"""Wrong units are found by size and density alone: millimetres, grams, kg mm^2.
+"""Wrong units are found by size and density alone: millimetres, inches, grams, kg mm^2.
 
 Lengths are repaired here.
 """
@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import math
 import xml.etree.ElementTree as ET
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from statistics import median
 
 import numpy as np
@@ -16,7 +16,7 @@ import numpy as np
 from hexapod_pin.robot.description.solids import finite, inertia_matrix
 from hexapod_pin.robot.description.urdf_file import Link, length, lengths, origin
 from hexapod_pin.robot.repair import rules
-from hexapod_pin.robot.repair.finding import Draft, scaled
+from hexapod_pin.robot.repair.finding import Draft, multiplied
 from hexapod_pin.robot.repair.measures import Measures
 
 INERTIA_UNITS = {
@@ -48,47 +48,136 @@ class UnitSlip:
     value: str
 
 
+LENGTH_UNITS = {"mm": 1e-3, "cm": 1e-2, "inches": 0.0254}
+"""Units in which files have lengths, in metres."""
+
+DRAWN = 1.6
+"""Size of what is drawn of a link over the distance to its next joint: robots' medians are 1.2 to
+2.0 (fifteen public ones)."""
+
+CENTRE = 0.5
+"""Distance of a link's centre of mass over that to its next joint, of a uniform rod."""
+
+FAR_OFF = 6.0
+"""Lengths over what is usual from which they are in another unit (the middle of 1 and an inch)."""
+
+HEAVIEST_WALKER = 500.0
+"""Mass of a file from which it is taken to be in another unit, and says nothing of lengths [kg]
+(*assumed*)."""
+
+
 def joint_length_slip(measures: Measures) -> UnitSlip | None:
-    """Return whether the origins of the joints are in millimetres."""
+    """Return the unit of the joints' origins, where they are not in metres.
+
+    A robot's mass tells it, where it is one that its motors can have: of a length in another unit
+    it is none. Without masses only millimetres show.
+    """
     span, (low, high) = measures.span, rules.SPAN
+    if span <= 0.0:
+        return None
+    value = f"joints span {span:.3g}"
+    motors = sum(len(chain) for chain in measures.chains)
+    total = measures.total_mass
+    known = motors > 0 and rules.MOTOR_MASS[0] * motors <= total <= HEAVIEST_WALKER
+    fitting = {unit: to for unit, to in LENGTH_UNITS.items() if low <= to * span <= high}
+    if known and fitting and total < rules.MASS_PER_SPAN[0] * span**3:
+        units = _units_of_mass(measures, fitting)
+        if units:
+            to = LENGTH_UNITS[units[0]]
+            text = f"{value} {units[0]} ({to * span:.3g} m) for a robot of {total:.3g} kg"
+            return UnitSlip("joints", " or ".join(units), to, text)
     if span > high and low <= 1e-3 * span <= high:
-        return UnitSlip("joints", "mm", 1e-3, f"joints span {span:.3g} m")
+        return UnitSlip("joints", "mm", 1e-3, f"{value} m")
     return None
 
 
+def _units_of_mass(measures: Measures, units: Mapping[str, float]) -> list[str]:
+    """Return the unit in which legs and span fit the mass, and another that does so, too."""
+    total, best = measures.total_mass, list[str]()
+    for size, usual, (low, high) in (
+        (measures.leg_length, rules.USUAL_MASS_PER_LEG, rules.MASS_PER_LEG),
+        (measures.span, rules.USUAL_MASS_PER_SPAN, rules.MASS_PER_SPAN),
+    ):
+        bulk = {unit: total / (to * size) ** 3 for unit, to in units.items() if size > 0.0}
+        for unit in sorted(bulk, key=lambda unit: abs(math.log(bulk[unit] / usual)))[:1]:
+            best += [unit] if low <= bulk[unit] <= high else []
+    low, high = rules.WALKERS_PER_SPAN
+    also = [u for u, to in units.items() if low <= total / (to * measures.span) ** 3 <= high]
+    return list(dict.fromkeys([*best, *also])) if best else []
+
+
 def length_slips(measures: Measures) -> list[UnitSlip]:
-    """Return other lengths in millimetres; joints must be in metres already."""
+    """Return other lengths that are not in metres; joints must be in metres already."""
     span, slips = measures.span, []
     if not 0.0 < span <= rules.SPAN[1]:
         return []
     centres = (math.hypot(*finite(link.com)) for link in measures.file.links)
     for kind, what, values in (
         ("inertials", "a centre of mass lies {:.3g} m from its link", centres),
-        ("shapes", "a shape is {:.3g} m large", _shape_lengths(measures)),
+        ("shapes", "a shape is {:.3g} m large", _shape_lengths(measures.file.links)),
     ):
         largest = max(values, default=0.0)
+        text = f"{what.format(largest)}, the joints span {span:.3g} m"
+        unit = "mm" if kind == "inertials" else _unit_drawn(_relative(measures, kind))
         if largest > rules.UNIT_SLIP * span and 1e-3 * largest < rules.UNIT_SLIP * span:
-            text = f"{what.format(largest)}, the joints span {span:.3g} m"
-            slips.append(UnitSlip(kind, "mm", 1e-3, text))
+            slips.append(UnitSlip(kind, unit or "mm", LENGTH_UNITS[unit or "mm"], text))
+        elif kind == "shapes" and unit is not None:
+            slips.append(UnitSlip(kind, unit, LENGTH_UNITS[unit], text))
     return slips
 
 
 def mesh_slips(measures: Measures) -> dict[str, UnitSlip]:
-    """Return the mesh scales (as written) with which meshes are 1000 times too large."""
+    """Return the mesh scales (as written) with which meshes are much too large."""
     span, largest = measures.span, dict[str, float]()
+    ratios: dict[str, list[float]] = {}
     for link in measures.file.links:
         for mesh in link.element.iter("mesh"):
             solid = measures.solids.mesh(mesh)
             scale = mesh.get("scale") or ""
             if solid is not None:
                 largest[scale] = max(largest.get(scale, 0.0), solid.extent)
-    return {
-        scale: UnitSlip(
-            "meshes", "mm", 1e-3, f"a mesh is {size:.3g} m large, the joints span {span:.3g} m"
-        )  # fmt: skip
-        for scale, size in largest.items()
-        if 0.0 < span <= rules.SPAN[1] and rules.UNIT_SLIP * span < size < 1e3 * 10 * span
-    }
+                ratios.setdefault(scale, []).extend(_over_reach(measures, link, solid.extent))
+    found = {}
+    for scale, size in largest.items():
+        if not 0.0 < span <= rules.SPAN[1]:
+            continue
+        unit = _unit_drawn(ratios.get(scale, []))
+        if unit is None and rules.UNIT_SLIP * span < size < 1e3 * 10 * span:
+            unit = "mm"
+        if unit is not None:
+            text = f"a mesh is {size:.3g} m large, the joints span {span:.3g} m"
+            found[scale] = UnitSlip("meshes", unit, LENGTH_UNITS[unit], text)
+    return found
+
+
+def _unit_drawn(ratios: Sequence[float]) -> str | None:
+    """Return the unit of what is drawn, by sizes over distances to the next joints in metres."""
+    if not ratios or (middle := median(ratios)) <= FAR_OFF * DRAWN:
+        return None
+    return min(LENGTH_UNITS, key=lambda unit: abs(math.log(LENGTH_UNITS[unit] * middle / DRAWN)))
+
+
+def _relative(measures: Measures, kind: str) -> list[float]:
+    """Return lengths of the inertials or shapes of links over the distances to their next joints.
+
+    What lies at its link's origin, and has no size, is left out.
+    """
+    found = []
+    for link in measures.file.links:
+        values = [math.hypot(*finite(link.com))] if kind == "inertials" else _shape_lengths([link])
+        size = max(values, default=0.0)
+        found += _over_reach(measures, link, size) if size > 0.0 else []
+    return found
+
+
+def _over_reach(measures: Measures, link: Link, size: float) -> list[float]:
+    """Return a size over the distance to a link's next joint, where that is part of the robot's."""
+    reach = measures.reach(link)
+    return [size / reach] if reach > LEAST_REACH * measures.span else []
+
+
+LEAST_REACH = 0.05
+"""Distance to the next joint over the span of all joints, from which sizes are compared with it."""
 
 
 def mass_slip(measures: Measures) -> UnitSlip | None:
@@ -148,9 +237,9 @@ def _same_everywhere(measures: Measures) -> bool:
     return len(values) > 2 and len(set(values)) <= 2
 
 
-def _shape_lengths(measures: Measures) -> Iterable[float]:
+def _shape_lengths(links: Iterable[Link]) -> Iterable[float]:
     """Return lengths of boxes, cylinders and spheres, and offsets of all shapes."""
-    for link in measures.file.links:
+    for link in links:
         for tag in ("visual", "collision"):
             for shape in link.element.findall(tag):
                 yield math.hypot(*finite(origin(shape)[0]))
@@ -161,32 +250,48 @@ def _shape_lengths(measures: Measures) -> Iterable[float]:
                         yield abs(value) if math.isfinite(value) else 0.0
 
 
-# Repairs of lengths in millimetres: multiplied by 1e-3, exactly as written.
-
-MILLI = -3
-"""Power of ten from mm to m."""
+# Repairs of lengths: multiplied by what their unit is in metres, exactly as written.
 
 
 def repair_lengths(draft: Draft) -> None:
-    """Bring the joints to metres, then what is compared with them."""
-    slip = joint_length_slip(draft.measures)
+    """Bring the joints to metres, with what is in the same unit, then what is not."""
+    measures = draft.measures
+    slip, like = joint_length_slip(measures), set[str]()
     if slip is not None:
+        like = {kind for kind in WHAT if _is_like_joints(measures, kind)}
         for joint in draft.root.findall("joint"):
-            _scale_origin(joint)
+            _scale_origin(joint, slip)
         _report(draft, slip, "origins of all joints")
-    for slip in length_slips(draft.measures):
-        for link in draft.root.findall("link"):
-            (_scale_inertial if slip.kind == "inertials" else _scale_shapes)(link)
-        what = "centres of mass" if slip.kind == "inertials" else "sizes and origins of all shapes"
-        _report(draft, slip, what)
+        for kind in like:
+            _scale(draft, replace(slip, kind=kind))
+    for other in length_slips(draft.measures):
+        if other.kind not in like:
+            _scale(draft, other)
     _repair_meshes(draft)
+
+
+WHAT = {"inertials": "centres of mass", "shapes": "sizes and origins of all shapes"}
+"""What is scaled, by kind."""
+
+
+def _is_like_joints(measures: Measures, kind: str) -> bool:
+    """Return whether lengths are in the unit of the joints; not where there are none."""
+    ratios = _relative(measures, kind)
+    usual = CENTRE if kind == "inertials" else DRAWN
+    return bool(ratios) and usual / FAR_OFF < median(ratios) < usual * FAR_OFF
+
+
+def _scale(draft: Draft, slip: UnitSlip) -> None:
+    for link in draft.root.findall("link"):
+        (_scale_inertial if slip.kind == "inertials" else _scale_shapes)(link, slip)
+    _report(draft, slip, WHAT[slip.kind])
 
 
 def _repair_meshes(draft: Draft) -> None:
     for written, slip in mesh_slips(draft.measures).items():
         for mesh in list(draft.root.iter("mesh")):
             if (mesh.get("scale") or "") == written:
-                mesh.set("scale", scaled(written or "1 1 1", MILLI))
+                mesh.set("scale", multiplied(written or "1 1 1", slip.factor))
         _report(draft, slip, f"meshes of scale {written or '1 1 1'}")
 
 
@@ -195,22 +300,22 @@ def _report(draft: Draft, slip: UnitSlip, what: str) -> None:
     draft.change("robot", text, f"{what} were in {slip.unit}")
 
 
-def _scale_inertial(link: ET.Element) -> None:
+def _scale_inertial(link: ET.Element, slip: UnitSlip) -> None:
     inertial = link.find("inertial")
     if inertial is not None:
-        _scale_origin(inertial)
+        _scale_origin(inertial, slip)
 
 
-def _scale_shapes(link: ET.Element) -> None:
+def _scale_shapes(link: ET.Element, slip: UnitSlip) -> None:
     for shape in [*link.findall("visual"), *link.findall("collision")]:
-        _scale_origin(shape)
+        _scale_origin(shape, slip)
         for geometry in shape.findall("geometry/*"):
             for name in ("size", "radius", "length"):
                 if geometry.tag != "mesh" and geometry.get(name) is not None:
-                    geometry.set(name, scaled(geometry.get(name) or "", MILLI))
+                    geometry.set(name, multiplied(geometry.get(name) or "", slip.factor))
 
 
-def _scale_origin(element: ET.Element) -> None:
+def _scale_origin(element: ET.Element, slip: UnitSlip) -> None:
     origin = element.find("origin")
     if origin is not None and origin.get("xyz") is not None:
-        origin.set("xyz", scaled(origin.get("xyz") or "", MILLI))
+        origin.set("xyz", multiplied(origin.get("xyz") or "", slip.factor))

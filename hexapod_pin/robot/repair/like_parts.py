@@ -1,0 +1,275 @@
+"""A part of one leg that is unlike the same part of all other legs is a slip of the file.
+
+The k-th joints of chains of equally many joints, and the bodies that they move, are alike: legs are
+copies of each other, at most mirrored. One that differs much while the others agree shows a unit, a
+digit or a line that was changed in one leg alone.
+"""
+
+from __future__ import annotations
+
+import math
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from statistics import median
+
+import numpy as np
+
+from hexapod_pin.robot.description.solids import finite
+from hexapod_pin.robot.description.urdf_file import Joint
+from hexapod_pin.robot.repair.doubts import UNLIKE
+from hexapod_pin.robot.repair.finding import Draft, Finding, number
+from hexapod_pin.robot.repair.measures import Measures
+
+FEWEST_LIKE = 4
+"""Parts of which one can be unlike the others (*assumed*)."""
+
+MUCH_UNLIKE = 3.0
+"""Ratio of two numbers of one kind from which they differ, and within which they agree (*assumed*):
+motors and links of the legs of one robot differ less."""
+
+LENGTH_UNLIKE = 1.5
+"""The same of the distances between joints (*assumed*)."""
+
+MASS_THAT_MATTERS = 0.02
+"""Difference of mass over that of the robot, below which no torque depends on it (*assumed*)."""
+
+
+@dataclass(frozen=True)
+class Unlike:
+    """A number of one leg that differs from that of all others.
+
+    Attributes:
+        joint: which has it, or moves the body that has it.
+        kind: "effort", "velocity", "mass" or "length".
+        value: of this leg, in SI units.
+        usual: median of the other legs.
+    """
+
+    joint: Joint
+    kind: str
+    value: float
+    usual: float
+
+
+LIMITS = ("effort", "velocity")
+"""Kinds of which 0 is a number like others."""
+
+UNITS = {"effort": "N m", "velocity": "rad/s", "mass": "kg", "length": "m"}
+
+
+def like_joints(measures: Measures) -> list[list[Joint]]:
+    """Return joints that are alike: the k-th ones of chains of equally many joints."""
+    places: dict[tuple[int, int], list[Joint]] = {}
+    for chain in measures.chains:
+        for k, joint in enumerate(chain):
+            places.setdefault((len(chain), k), []).append(joint)
+    return list(places.values())
+
+
+def unlike_parts(measures: Measures) -> list[Unlike]:
+    """Return every number of one leg that differs much from those of all other legs."""
+    found: list[Unlike] = []
+    for joints in like_joints(measures):
+        if len(joints) < FEWEST_LIKE or len({joint.kind for joint in joints}) > 1:
+            continue
+        found += _odd(joints, "effort", [joint.limit("effort") for joint in joints])
+        found += _odd(joints, "velocity", [joint.limit("velocity") for joint in joints])
+        found += _odd(joints, "length", [_length(measures, joint) for joint in joints])
+        masses = [_mass(measures, joint) for joint in joints]
+        least = MASS_THAT_MATTERS * measures.total_mass
+        found += [x for x in _odd(joints, "mass", masses) if abs(x.value - x.usual) >= least]
+    return found
+
+
+def unlike_findings(measures: Measures) -> Iterator[Finding]:
+    """Yield a finding for every part that is unlike the same part of the other legs."""
+    for axis in reversed_axes(measures):
+        (low, high), (least, most) = axis.range, axis.usual
+        usual = f"{least:.3g} to {most:.3g} in other legs"
+        value = f"axis reversed: turns by {low:.3g} to {high:.3g} rad downwards, {usual}"
+        yield Finding(
+            UNLIKE, f"joint {axis.joint.name!r}", value, "legs are alike", "the axis is reversed",
+            "suspicious",
+        )  # fmt: skip
+    for one in unlike_parts(measures):
+        unit = UNITS[one.kind]
+        if one.kind == "length":
+            place = f"joint {one.joint.name!r}"
+            value = f"{one.value:.3g} m from the joint before it, {one.usual:.3g} m in other legs"
+            repair = "check it by hand: a longer leg is possible"
+        elif one.kind == "mass":
+            place = f"link {one.joint.child!r}"
+            value = f"mass {one.value:.3g} kg, {one.usual:.3g} kg in other legs"
+            repair = "the mass of the other legs; its inertia in proportion"
+        else:
+            place = f"joint {one.joint.name!r}"
+            value = f"{one.kind} {one.value:.3g} {unit}, {one.usual:.3g} in other legs"
+            repair = f"the {one.kind} of the other legs"
+        yield Finding(
+            UNLIKE, place, value, "legs are alike", repair, "suspicious",
+            repairable=one.kind != "length",
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class ReversedAxis:
+    """A joint that turns the other way than the same joint of all other legs.
+
+    Attributes:
+        joint: the joint.
+        range: in which it turns, downwards > 0 [rad].
+        usual: the same of other legs.
+    """
+
+    joint: Joint
+    range: tuple[float, float]
+    usual: tuple[float, float]
+
+
+UP = np.array([0.0, 0.0, 1.0])
+"""Upward direction, in the root's frame: legs of other files are not judged."""
+
+PITCH = 0.7
+"""Cosine of the angle between an axis and the horizontal across its leg, from which the joint lifts
+the leg, and its sense can be compared with that of mirrored legs."""
+
+
+def reversed_axes(measures: Measures) -> list[ReversedAxis]:
+    """Return the joint of one leg that has the range of all other legs the wrong way round.
+
+    Of joints that lift a leg: those of mirrored legs turn downwards alike, whatever their axes'
+    signs. Where a range is the same both ways nothing shows, and nothing is wrong.
+    """
+    found = []
+    for joints in like_joints(measures):
+        known = [(joint, turned) for joint in joints if (turned := _downwards(measures, joint))]
+        if len(known) < FEWEST_LIKE or len(known) < len(joints):
+            continue
+        usual = tuple(float(x) for x in np.median([turned for _, turned in known], axis=0))
+        odd = [(joint, x) for joint, x in known if not _alike(x, usual)]
+        if len(odd) == 1 and _alike((-odd[0][1][1], -odd[0][1][0]), usual):
+            found.append(ReversedAxis(*odd[0], (usual[0], usual[1])))
+    return found
+
+
+def _alike(one: Sequence[float], other: Sequence[float]) -> bool:
+    """Return whether two ranges have more than half of the longer one in common."""
+    common = min(one[1], other[1]) - max(one[0], other[0])
+    return common > 0.5 * max(one[1] - one[0], other[1] - other[0])
+
+
+def _downwards(measures: Measures, joint: Joint) -> tuple[float, float] | None:
+    """Return the range of a joint that lifts its leg, downwards > 0 [rad]; None of others."""
+    lower, upper = joint.limit("lower"), joint.limit("upper")
+    leg = next((chain for chain in measures.chains if joint in chain), ())
+    places = [measures.places[x.child] for x in leg if x.child in measures.places]
+    if joint.kind != "revolute" or len(places) < 2 or not lower < upper:
+        return None
+    ahead = (places[-1][1] - places[0][1]) * (1.0 - UP)
+    across = np.cross(UP, ahead)
+    axis = measures.places[joint.child][0] @ np.array(finite(joint.axis))
+    size = float(np.linalg.norm(across) * np.linalg.norm(axis))
+    cosine = float(across @ axis) / size if size > 0.0 else 0.0
+    if abs(cosine) < PITCH:
+        return None
+    return (lower, upper) if cosine > 0.0 else (0.0 - upper, 0.0 - lower)
+
+
+def repair_unlike(draft: Draft) -> None:
+    """Give a part that is unlike the same part of the other legs their number."""
+    measures = draft.measures
+    for odd in reversed_axes(measures):
+        element = odd.joint.element.find("axis")
+        if element is not None:
+            element.set("xyz", " ".join(number(-x) for x in odd.joint.axis))
+            draft.change(f"joint {odd.joint.name!r}", "axis reversed, as in the other legs")
+    for one in unlike_parts(measures):
+        if one.kind == "length":
+            continue
+        if one.kind == "mass":
+            _repair_mass(draft, measures, one)
+            continue
+        limit = one.joint.element.find("limit")
+        if limit is not None:
+            limit.set(one.kind, number(one.usual))
+            text = f"{one.kind} {one.value:g} -> {one.usual:g} {UNITS[one.kind]}"
+            draft.change(f"joint {one.joint.name!r}", text, f"{one.kind} of the other legs")
+
+
+def _repair_mass(draft: Draft, measures: Measures, one: Unlike) -> None:
+    """Scale the masses of a body, and inertias that grew with them, to those of the other legs."""
+    usual = _moment(measures, one)
+    for name in measures.file.rigid_group(one.joint.child):
+        link = measures.file.link_by_name[name]
+        inertial = link.element.find("inertial")
+        mass = None if inertial is None else inertial.find("mass")
+        if inertial is None or mass is None or not link.mass:
+            continue
+        factor = one.usual / one.value
+        mass.set("value", number(factor * link.mass))
+        inertia = inertial.find("inertia")
+        if inertia is not None and _fits_better(max(link.moments), factor, usual):
+            _scale(inertia, factor)
+    text = f"mass {one.value:.4g} -> {one.usual:.4g} kg"
+    draft.change(f"link {one.joint.child!r}", text, "mass of the same part of the other legs")
+
+
+def _moment(measures: Measures, one: Unlike) -> float:
+    """Return the median of the largest moments of inertia of the same part of other legs."""
+    for joints in like_joints(measures):
+        if one.joint in joints:
+            links = [measures.file.link_by_name[j.child] for j in joints if j is not one.joint]
+            return median(max(link.moments, default=0.0) for link in links)
+    return 0.0
+
+
+def _fits_better(moment: float, factor: float, usual: float) -> bool:
+    """Return whether a moment of inertia is nearer to the usual one with the factor."""
+    if not (moment > 0.0 and usual > 0.0):
+        return True
+    return abs(math.log(factor * moment / usual)) < abs(math.log(moment / usual))
+
+
+def _scale(element: ET.Element, factor: float) -> None:
+    for name, text in element.attrib.items():
+        try:
+            element.set(name, number(factor * float(text)))
+        except ValueError:
+            continue
+
+
+def _odd(joints: list[Joint], kind: str, values: list[float]) -> list[Unlike]:
+    """Return the one value that differs much from all others, which agree; mostly nothing."""
+    much = LENGTH_UNLIKE if kind == "length" else MUCH_UNLIKE
+    least = 0.0 if kind in LIMITS else math.ulp(0.0)  # what is missing is found elsewhere
+    if not all(math.isfinite(value) and value >= least for value in values):
+        return []
+    middle = median(values)
+    if middle <= 0.0:
+        return []
+    odd = [k for k, value in enumerate(values) if not middle / much < value < middle * much]
+    if len(odd) != 1:
+        return []
+    k = odd[0]
+    others = [value for j, value in enumerate(values) if j != k]
+    if max(others) > much * min(others):
+        return []
+    return [Unlike(joints[k], kind, values[k], median(others))]
+
+
+def _length(measures: Measures, joint: Joint) -> float:
+    """Return the distance of a joint from the moved joint above it [m]; 0 of the first of a leg."""
+    for chain in measures.chains:
+        for above, below in zip(chain, chain[1:], strict=False):
+            if below is joint and {above.child, below.child} <= set(measures.places):
+                a, b = (measures.places[x.child][1] for x in (above, below))
+                return math.dist(a, b)
+    return 0.0
+
+
+def _mass(measures: Measures, joint: Joint) -> float:
+    """Return the mass of the body that a joint moves [kg]; NaN where one is no number."""
+    links = measures.file.link_by_name
+    names = [name for name in measures.file.rigid_group(joint.child) if name in links]
+    return sum(links[name].mass or 0.0 for name in names)
