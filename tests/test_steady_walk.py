@@ -12,7 +12,7 @@ import pytest
 import hexapod_pin as hp
 from hexapod_pin.control.arc_walk import ArcWalk
 from hexapod_pin.results.error_estimate import ErrorEstimate
-from hexapod_pin.results.walk_verdict import summary_fall
+from hexapod_pin.results.summary_verdict import summary_fall
 from hexapod_pin.simulation import steady_walk
 from hexapod_pin.simulation.steady_walk import until_steady, why_not_steady
 from hexapod_pin.simulation.transients import Change, Transients

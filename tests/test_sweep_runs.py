@@ -19,7 +19,7 @@ from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError, StudyInterrupted, TraceFileError, WorkersError
-from hexapod_pin.results.walk_verdict import summary_verdict
+from hexapod_pin.results.summary_verdict import summary_verdict
 from hexapod_pin.study.runs import SweepResult, run_sweep
 from hexapod_pin.study.runs.distribution import Distribution
 from hexapod_pin.study.runs.store import SweepStore

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -181,9 +181,20 @@ def selection_answer(selection: MotorSelection) -> list[str]:
     notes = [f"{len(s.assumed)} assumed", f"{len(s.unusable)} motors not compared"]
     kept = [note for note, parts in zip(notes, (s.assumed, s.unusable), strict=True) if parts]
     if any(use.doubtful for one in shown for use in one.uses):
-        kept.insert(0, "? is too warm by the less favourable of the assumed thermal constants")
-    lines += folded("; ".join([*others[:1], *kept, "--full has everything, --json, --csv all"]))
+        lines += folded(_doubtful_words(s.best, passing))
+    lines += folded("; ".join([*kept, *others[:1], "--full has everything, --json, --csv all"]))
     return lines
+
+
+def _doubtful_words(best: MotorCandidate, passing: Sequence[MotorCandidate]) -> str:
+    """Return what the question mark says of the choice, and which motor has none."""
+    what = "too warm by the less favourable of the assumed thermal constants"
+    kinds = [use.kind for use in best.uses if use.doubtful]
+    sure = next((one.name for one in passing if not any(use.doubtful for use in one.uses)), "")
+    if not kinds:
+        return f"? is {what}"
+    other = f"; the lightest that stays cool enough by both is {sure}" if sure else ""
+    return f"?: {best.name} is {what} on the {', '.join(kinds)} joints{other}"
 
 
 def _headline(s: MotorSelection) -> list[str]:

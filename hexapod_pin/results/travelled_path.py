@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,12 @@ from hexapod_pin.errors import GaitError, ParameterError
 from hexapod_pin.results.torque_budget import torque_budget
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.robot.rotations import trunk_yaw, yawed
+
+if TYPE_CHECKING:
+    from hexapod_pin.control.commanded_body import PlanarMotion
+    from hexapod_pin.results.run_record import RunRecord
+    from hexapod_pin.results.summary import Summary
+    from hexapod_pin.scene.loads import Push
 
 LEAST_STROKES = 0.25
 """Planned distance over the stroke below which no speed is judged (*assumed*)."""
@@ -104,10 +111,7 @@ def _over_cycles(trace: Trace) -> TravelledPath:
 def _over_all(trace: Trace) -> TravelledPath:
     """Return the path of a whole run against the planned motion of the body, ramps included."""
     time = trace.time
-    try:
-        body = planned_body(trace.run.case.controller, trace.run.walk.nominal_speed)
-    except (ParameterError, GaitError, TypeError):
-        body = None
+    body = _planned(trace.run)
     yaw = np.unwrap(trunk_yaw(trace.q))
     turn = float(yaw[-1] - yaw[0])
     if body is None or len(time) < 2:
@@ -183,12 +187,7 @@ class PushEffect:
     @property
     def reason(self) -> str:
         """Why that is no walk; empty where it is not thrown."""
-        if not self.thrown:
-            return ""
-        return (
-            f"a push threw it {self.offset:.3g} m off its track, more than the {self.stance:.2g} m "
-            "between its feet"
-        )
+        return thrown_text(self.offset, self.stance)
 
     @property
     def line(self) -> str:
@@ -208,10 +207,7 @@ def find_push_effect(trace: Trace) -> PushEffect | None:
     The trunk's displacement since the first push is compared with that of the plan. The drift of
     the last cycle (without cycles of the last half) is taken for steady, and left out.
     """
-    from hexapod_pin.scene.loads import Push
-
-    loads = () if trace.run.scene is None else trace.run.scene.loads
-    pushes = [load for load in loads if isinstance(load, Push)]
+    pushes = _pushes(trace.run)
     starts = [load.start for load in pushes]
     time = trace.time
     if not starts or min(starts) >= float(time[-1]):
@@ -245,6 +241,58 @@ def find_push_effect(trace: Trace) -> PushEffect | None:
     )  # fmt: skip
 
 
+def push_offset(summary: Summary) -> float:
+    """Return how far the pushes of a run moved it off its track at most, by its summary [m].
+
+    By the centre of mass at half cycles, its drift of the last cycle aside; before its window it is
+    where the run began. 0 of a run without a push, or of fewer than two half cycles.
+    """
+    starts = [load.start for load in _pushes(summary.run)]
+    path, run = summary.path, summary.run
+    body = _planned(run)
+    if not starts or len(path) < 3 or body is None or not run.walk.cycle_time:
+        return 0.0
+    time, first = path[:, 0], min(starts)
+    pose = body.pose_and_twist(time)[0]
+    away = path[:, 1:3] - yawed(pose[:, :2], np.full(len(pose), summary.first_yaw - pose[0, 2]))
+    drift = (away[-1] - away[-3]) / (time[-1] - time[-3])
+    before = np.searchsorted(time, first)
+    begin = away[before - 1] + drift * (first - time[before - 1]) if before else drift * first
+    away = (away - begin - np.outer(time - first, drift))[before:]
+    return float(np.linalg.norm(away, axis=1).max(initial=0.0))
+
+
+def _pushes(run: RunRecord) -> list[Push]:
+    from hexapod_pin.scene.loads import Push
+
+    return [load for load in (() if run.scene is None else run.scene.loads)
+            if isinstance(load, Push)]  # fmt: skip
+
+
+def _planned(run: RunRecord) -> PlanarMotion | None:
+    """Return the planned motion of the body; None where a run's controller plans none."""
+    try:
+        return planned_body(run.case.controller, run.walk.nominal_speed)
+    except (ParameterError, GaitError, TypeError):
+        return None
+
+
+def thrown_text(offset: float, stance: float) -> str:
+    """Return why a robot that a push moved off its track walks no more what was planned.
+
+    Args:
+        offset: largest distance off its track [m].
+        stance: distance of the feet farthest apart, from above [m].
+
+    Returns:
+        Nothing of a robot that is not thrown.
+    """
+    if not offset > THROWN_SHARE * stance:
+        return ""
+    far = f"{offset:.3g} m off its track, more than the {stance:.2g} m between its feet"
+    return f"a push threw it {far}"
+
+
 def _stance(trace: Trace, sample: int) -> float:
     """Return the distance of the feet farthest apart, from above [m]; NaN where not recorded."""
     if "contacts" not in trace.recorded or not trace.foot_names:
@@ -257,10 +305,7 @@ def _off_plan(trace: Trace, first: int) -> Array:
     """Return how far the trunk is off its plan since a sample, both begun there. (T', 2) [m]."""
     yaw = trunk_yaw(trace.q[first : first + 1])[0]
     made = trace.q[first:, :2] - trace.q[first, :2]
-    try:
-        body = planned_body(trace.run.case.controller, trace.run.walk.nominal_speed)
-    except (ParameterError, GaitError, TypeError):
-        body = None
+    body = _planned(trace.run)
     if body is None:
         return np.asarray(made)
     pose = body.pose_and_twist(trace.time[first:])[0]

@@ -99,9 +99,10 @@ class WalkAnswer(Immutable):
         verdict = self.verdict
         slip = None if verdict.slip is None else verdict.slip.total
         parts = [self.caution] if self.caution else []
+        parts += verdict.cautions
         parts += [] if slip is None else [f"slip {_percent(slip)}"]
         if self.margin is not None:
-            parts.append(f"margin {1e3 * self.margin:.0f} mm")
+            parts.append(_margin_text(self.margin))
         if verdict.push is not None:
             parts.append(verdict.push.line)
         if verdict.lost_legs:
@@ -115,15 +116,25 @@ class WalkAnswer(Immutable):
         known = (
             slip is not None, self.margin is not None, verdict.push, verdict.lost_legs, self.caution
         )  # fmt: skip
-        if len(parts) == sum(map(bool, known)):
+        if len(parts) == sum(map(bool, known)) + len(verdict.cautions):
             free = VAIN_LIMITS if verdict.vain_limits else NO_LIMIT
             parts.append("prescribed motion" if verdict.prescribed else free)
         return parts
+
+    def _unsaid(self) -> list[str]:
+        """Return what pushes and lost legs did, where the headline has no room for it."""
+        verdict, found = self.verdict, list[str]()
+        if verdict.push is not None and "push" not in self.headline:
+            found.append(verdict.push.line)
+        if verdict.lost_legs and "torque" not in self.headline.replace("torques", ""):
+            found.append(lost_text(verdict.lost_legs))
+        return found
 
     def lines(self) -> list[str]:
         """Return headline, what to change where that helps, and the table of the joints."""
         found = folded(self.headline)
         verdict = self.verdict
+        found += folded(", ".join(self._unsaid()))
         if verdict.doubts:
             why = ", ".join(filter(None, (verdict.cause, verdict.reason)))
             state = "walks with these numbers" if verdict.walks else f"does not: {why}"
@@ -292,6 +303,17 @@ def _motion(verdict: WalkVerdict, share: bool = True) -> str:
     if parts:
         return " and ".join(parts)
     return "stands" if verdict.holds else "stays on its feet"
+
+
+def _margin_text(margin: float) -> str:
+    """Return the static margin [m]; of a centre of mass that leaves the support, how far it is."""
+    if margin < -LEAST_OUTSIDE:
+        return f"centre of mass up to {-1e3 * margin:.0f} mm outside its feet"
+    return f"margin {1e3 * margin:.0f} mm"
+
+
+LEAST_OUTSIDE = 5e-4
+"""Distance outside the support that is shown [m]: half a millimetre is rounded to none."""
 
 
 def _percent(share: float) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +14,7 @@ from hexapod_pin.errors import HexapodError
 from hexapod_pin.results.ground_obstacle import find_obstacle
 from hexapod_pin.results.joint_budget import LIMITED_TORQUE_SHARE
 from hexapod_pin.results.recorded_robot import RecordedRobot
+from hexapod_pin.results.run_record import RunRecord
 from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.travelled_path import PushEffect
@@ -101,11 +103,42 @@ def slip_of(trace: Trace, planned_speed: float) -> Slip | None:
     if summary is None or not np.isfinite(summary.slip_distance).all():
         return None
     path = dict(zip(summary.foot_names, summary.slip_distance.tolist(), strict=True))
+    return Slip(path, slip_per_metre(summary, planned_speed))
+
+
+def slip_per_metre(summary: Summary, planned_speed: float) -> dict[str, float] | None:
+    """Return the slip of each foot per metre travelled [m/m]; None where it moves or plans none.
+
+    Args:
+        summary: of the run.
+        planned_speed: [m/s].
+    """
     distance = _distance(summary)
     planned = planned_speed * summary.window_time / (summary.cycles or 1)
     if planned <= 0.0 or distance is None or distance <= LEAST_TRAVEL * planned:
-        return Slip(path, None)
-    return Slip(path, {name: value / distance for name, value in path.items()})
+        return None
+    sizes = zip(summary.foot_names, summary.slip_distance.tolist(), strict=True)
+    return {name: value / distance for name, value in sizes if math.isfinite(value)}
+
+
+DRAGGED = 0.8
+"""Slip of a foot per metre travelled from which it is dragged: it never stands (*assumed*)."""
+
+
+def dragged_feet(slip: Mapping[str, float] | None) -> list[str]:
+    """Return the feet that are dragged, by their slip per metre travelled [m/m]."""
+    return [name for name, size in (slip or {}).items() if size >= DRAGGED]
+
+
+def dragging(slip: Mapping[str, float] | None, lost: int) -> str:
+    """Return which feet a robot drags along, more than it has legs without torque; else nothing.
+
+    Args:
+        slip: of each foot per metre travelled [m/m]; None where it is not known.
+        lost: legs without torque, which can only be dragged.
+    """
+    names = dragged_feet(slip)
+    return f"it drags {' and '.join(names)} along" if len(names) > lost else ""
 
 
 def lag(trace: Trace) -> JointShare:
@@ -139,6 +172,9 @@ def _longest(names: tuple[str, ...], shares: Array) -> JointShare:
 
 
 # What to change where a robot does not walk.
+
+RELEVANT = 0.05
+"""Static torque over the largest of any joint from which it is looked at [-]."""
 
 RESERVE = 1.5
 """Effort over what standing on the fewest feet takes, that is advised (*assumed*)."""
@@ -187,7 +223,9 @@ def static_need(trace: Trace) -> StaticNeed | None:
     if not torque.size or not torque.any():
         return None
     share = np.divide(torque, limit, where=limit > 0.0, out=np.full(len(torque), np.inf))
-    worst = int(np.argmax(np.where(torque > 0.0, share, 0.0)))
+    heavy = torque >= RELEVANT * torque.max()  # the others are rounding, or nearly
+    share = np.where(heavy, share, 0.0)
+    worst = int(np.argmax(np.where(share == share.max(), torque, 0.0)))
     return StaticNeed(trace.joint_names[worst], float(torque[worst]), float(limit[worst]))
 
 
@@ -295,10 +333,14 @@ STRONG_PUSH = 0.5
 
 def lost_legs(trace: Trace) -> tuple[str, ...]:
     """Return the legs whose drives give no torque, from some time of a run on."""
+    return legs_lost(trace.run, float(trace.time[-1]))
+
+
+def legs_lost(run: RunRecord, end: float) -> tuple[str, ...]:
+    """Return the legs of a run whose drives give no torque, from some time before its end on."""
     from hexapod_pin.scene.loads import LostLeg
 
-    loads = () if trace.run.scene is None else trace.run.scene.loads
-    end = float(trace.time[-1])
+    loads = () if run.scene is None else run.scene.loads
     return tuple(one.leg for one in loads if isinstance(one, LostLeg) and one.start < end)
 
 
@@ -306,10 +348,11 @@ def _load_advice(trace: Trace, push: PushEffect | None) -> Advice | None:
     """Return what to change where legs are lost, or the robot is pushed hard."""
     lost = lost_legs(trace)
     if lost:
-        names = ", ".join(lost)
+        names = f"leg{'s' * (len(lost) > 1)} {' and '.join(lost)}"
+        have, give = ("has", "gives") if len(lost) == 1 else ("have", "give")
         return Advice(
-            f"leg {names} has no drive torque",
-            f"a gait counts on leg {names}, which gives no torque: one that has more feet on the "
+            f"{names} {have} no drive torque",
+            f"a gait counts on {names}, which {give} no torque: one that has more feet on the "
             "ground at a time (--gait wave)",
         )
     weight = float(np.linalg.norm(trace.run.gravity)) * trace.run.robot.mass

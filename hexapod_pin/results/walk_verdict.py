@@ -7,17 +7,16 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
 from typing import Any
 
+import numpy as np
+
 from hexapod_pin.arguments import checked
+from hexapod_pin.drive.motor import TORQUE_UNITS, Motor
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.immutable import Immutable
+from hexapod_pin.results.ground_obstacle import find_obstacle
 from hexapod_pin.results.run_record import Event
-from hexapod_pin.results.summary import Summary
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.travelled_path import (
-    SUNK,
-    SUNK_TEXT,
-    TIPPED,
-    TIPPED_TEXT,
     Fall,
     PushEffect,
     TravelledPath,
@@ -32,6 +31,9 @@ from hexapod_pin.results.walk_causes import (
     advice,
     at_speed_limit,
     at_torque_limit,
+    dragged_feet,
+    dragging,
+    friction_coefficient,
     lag,
     limits_are_of_no_motor,
     lost_legs,
@@ -82,6 +84,7 @@ class WalkVerdict(Immutable):
         push: what pushes did, from the first of them on; None of a run without one.
         lost_legs: legs whose drives gave no torque, from some time of the run on.
         vain_limits: whether the robot's own limits are beyond any motor's, so that none acts.
+        cautions: what else to know of a robot that walks, in a few words each.
     """
 
     robot_name: str
@@ -109,6 +112,7 @@ class WalkVerdict(Immutable):
     push: PushEffect | None = None
     lost_legs: tuple[str, ...] = ()
     vain_limits: bool = False
+    cautions: tuple[str, ...] = ()
 
     @property
     def walks(self) -> bool:
@@ -161,6 +165,8 @@ def walk_verdict(trace: Trace) -> WalkVerdict:
     torque, speed, behind = at_torque_limit(trace), at_speed_limit(trace), lag(trace)
     push = find_push_effect(trace)
     reason = why_it_does_not_walk(path, fall, touches) or ("" if push is None else push.reason)
+    lost = lost_legs(trace)
+    reason = reason or dragging(slip and slip.per_metre, len(lost))
     hint = NO_ADVICE
     if reason:
         at_start = bool(touches) and touches[0].time <= float(trace.time[0])
@@ -182,7 +188,8 @@ def walk_verdict(trace: Trace) -> WalkVerdict:
         holds=trace.run.case.controller.get("kind") == "hold",
         reason=reason, advice=hint.text, cause=hint.cause, change=hint.change,
         doubts=trace.run.robot.doubts, push=push,
-        lost_legs=lost_legs(trace), vain_limits=limits_are_of_no_motor(trace),
+        lost_legs=lost, vain_limits=limits_are_of_no_motor(trace),
+        cautions=() if reason else cautions(trace, slip),
     )  # fmt: skip
 
 
@@ -226,6 +233,60 @@ def _needs(trace: Trace, path: TravelledPath) -> float | None:
         return None
     least = trace.run.walk.steady_from + cycle
     return least if float(trace.time[-1]) < least else None
+
+
+# What else to know of a robot that walks.
+
+MOST_FRICTION = 3.0
+"""Friction coefficient above which it is no sole's [-] (*assumed*): soft rubber has 1 to 2."""
+
+
+def cautions(trace: Trace, slip: Slip | None) -> tuple[str, ...]:
+    """Return what else to know of a robot that walks, a few words each; mostly nothing.
+
+    Args:
+        trace: of the run.
+        slip: of the feet.
+    """
+    found = []
+    mu = friction_coefficient(trace.run.scene)
+    if mu is not None and mu > MOST_FRICTION:
+        found.append(f"friction of {mu:.3g} ({mu / 100.0:.2g} if percent is meant)")
+    if dragged := dragged_feet(slip and slip.per_metre):
+        found.append(f"dragging {' and '.join(dragged)}")
+    obstacle = find_obstacle(trace)
+    if obstacle is not None and not obstacle.is_cleared:
+        found.append(
+            f"ground {1e3 * obstacle.height:.0f} mm high, lift {1e3 * obstacle.lift:.0f} mm"
+        )
+    return (*found, *_reserve(trace))
+
+
+MUCH_RESERVE = (5.0, 40.0)
+"""Stall torque over the largest torque of a run between which kgf cm explain it [-] (*assumed*)."""
+
+
+def _reserve(trace: Trace) -> tuple[str, ...]:
+    """Return that a motor without a mass gives many times what is needed: kgf cm are read as N m.
+
+    Of a motor with a mass the unit of its torque is checked where it is made.
+    """
+    scene = trace.run.scene
+    motor = None if scene is None else scene.servo.motor
+    if not isinstance(motor, Motor) or motor.mass is not None or "torque" not in trace.recorded:
+        return ()
+    most = float(np.abs(trace.torque).max(initial=0.0))
+    low, high = MUCH_RESERVE
+    kgf_cm = TORQUE_UNITS["kgf cm"] * motor.stall_torque
+    if not (low < motor.stall_torque / most < high if most > 0.0 else False):
+        return ()
+    if kgf_cm < LEAST_KGF_CM * most:
+        return ()
+    return (f"motors of {motor.stall_torque:.3g} N m need {most:.2g} (kgf cm?)",)
+
+
+LEAST_KGF_CM = 0.8
+"""Of the largest torque of a run, what the motor would give at least if kgf cm were meant [-]."""
 
 
 # The verdict on a walk as one line of text.
@@ -355,75 +416,3 @@ def _accuracy(verdict: WalkVerdict) -> str:
         return f"{accuracy}, {verdict.step_error:.1e} reached in a step"
     met = "met" if verdict.accuracy_kept else "NOT met"
     return f"{accuracy}, {met}: {verdict.error_estimate:.1e}"
-
-
-# Whether a run walks, as far as its summary shows it.
-
-
-@dataclass(frozen=True)
-class SummaryVerdict:
-    """Whether a summary is that of a walk.
-
-    Attributes:
-        walks: as `WalkVerdict.walks`; None where it cannot be judged.
-        reason: why it does not walk, or cannot be judged; empty where it walks.
-        speed_share: distance over planned distance [-]; NaN where none was planned.
-        turn_share: yaw over planned yaw [-]; NaN where less than 2 degrees were planned.
-    """
-
-    walks: bool | None
-    reason: str
-    speed_share: float
-    turn_share: float
-
-
-def summary_verdict(summary: Summary) -> SummaryVerdict:
-    """Return whether a run walks as planned, judged over its whole cycles by its summary.
-
-    The rule is that of `walk_verdict`: at least 80 % of the planned distance and yaw, no fall, no
-    contact of the trunk. Of falls a summary shows those that last into its window: a trunk that
-    leans by 45 degrees, against gravity; on level ground, one that is below half of its height at
-    the start; and feet that are never loaded. What a push did is not in a summary. Without a whole
-    cycle of a gait nothing is judged.
-    """
-    touches = [event for event in summary.events if event.kind == "trunk-contact"]
-    path = summary_path(summary)
-    reason = why_it_does_not_walk(path, summary_fall(summary), touches)
-    walks: bool | None = not reason
-    if not reason and summary.run.walk.cycle_time is not None and not summary.cycles:
-        walks, reason = None, "the run holds no whole cycle of steady walking: not judged"
-    return SummaryVerdict(walks, reason, _number(path.speed_share), _number(path.turn_share))
-
-
-def summary_path(summary: Summary) -> TravelledPath:
-    """Return distance and yaw over the whole cycles of a summary, planned and made; 0 without."""
-    walk, distance = summary.run.walk, summary.distance
-    if distance is None:
-        return TravelledPath(summary.start, summary.end, None, 0.0, 0.0, 0.0, 0.0)
-    time, cycles = summary.window_time, summary.cycles or 1
-    return TravelledPath(
-        summary.start, summary.end, cycles,
-        planned_distance=walk.speed * time,
-        travelled_distance=distance * cycles,
-        planned_turn=walk.turn_rate * time, turn=(summary.measured_turn_rate or 0.0) * time,
-    )  # fmt: skip
-
-
-def summary_fall(summary: Summary) -> Fall | None:
-    """Return a fall that shows in the window of a summary; its time is that of the window's end."""
-    if not summary.foot_names or math.isnan(summary.height_min):
-        return None
-    start = summary.run.level_start
-    lean = max(abs(summary.roll_peak), abs(summary.pitch_peak))
-    if lean > TIPPED:
-        return Fall(summary.end, TIPPED_TEXT)
-    if start is not None and start.trunk > start.ground:  # else its origin tells nothing
-        height = summary.height_min - start.ground
-        if height < SUNK * (start.trunk - start.ground):
-            return Fall(summary.end, SUNK_TEXT)
-    feet = summary.loaded_time
-    return Fall(summary.end, "no foot is on the ground") if feet.size and not feet.any() else None
-
-
-def _number(share: float | None) -> float:
-    return math.nan if share is None else share

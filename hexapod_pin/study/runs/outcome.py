@@ -12,11 +12,14 @@ from typing import Any, ClassVar
 import numpy as np
 
 from hexapod_pin.arrays import Array
+from hexapod_pin.control.leg_group import leg_group
+from hexapod_pin.errors import HexapodError
 from hexapod_pin.results.joint_budget import joint_kinds
 from hexapod_pin.results.schema import Quantity, Record, pack, quantity, schema
 from hexapod_pin.results.summary import Summary
+from hexapod_pin.results.summary_verdict import SummaryVerdict, summary_verdict
 from hexapod_pin.results.torque_budget import energy_per_way
-from hexapod_pin.results.walk_verdict import SummaryVerdict, summary_verdict
+from hexapod_pin.scene.loads import Push
 from hexapod_pin.simulation.case import Case
 
 TEXTS = ("digest", "reason", "verdict", "labels", "assumed", "counters")
@@ -55,13 +58,28 @@ def outcome_of(index: int, case: Case | Exception, result: object) -> Outcome:
     digest = case.digest if isinstance(case, Case) else ""
     if not isinstance(result, Summary):
         return Outcome(index, digest, failure(result))
-    verdict = summary_verdict(result)
+    width = standing_width(case) if isinstance(case, Case) else math.nan
+    verdict = summary_verdict(result, width)
     return Outcome(
         index, digest, "", verdict.reason, labels_of(result),
         json.dumps(list(result.run.assumed)), json.dumps(dict(result.counters)),
         case_numbers(result, verdict).astype("<f8").tobytes(),
         result.run.wall_time or 0.0,
     )  # fmt: skip
+
+
+def standing_width(case: Case) -> float:
+    """Return the distance of the feet farthest apart as a robot that is pushed stands [m].
+
+    NaN of a case without pushes, or of a robot whose legs are not known.
+    """
+    if not any(isinstance(load, Push) for load in case.scene.loads):
+        return math.nan
+    try:
+        feet = leg_group(case.scene.robot).neutral_feet[:, :2]
+    except HexapodError:
+        return math.nan
+    return float(np.linalg.norm(feet[:, None] - feet, axis=-1).max())
 
 
 def failure(error: object) -> str:

@@ -18,9 +18,11 @@ from hexapod_pin.results.sizing import JointDemand, MotorUse, joint_demand, moto
 from hexapod_pin.results.sizing.battery import BatteryLoad
 from hexapod_pin.results.sizing.winding import lasting_torque_of
 from hexapod_pin.results.summary import Summary
+from hexapod_pin.results.summary_verdict import summary_verdict
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.results.walk_verdict import summary_verdict, walk_verdict
+from hexapod_pin.results.walk_verdict import walk_verdict
 from hexapod_pin.study.runs.measure import Measure
+from hexapod_pin.study.runs.outcome import standing_width
 from hexapod_pin.study.runs.runner import Runner
 from hexapod_pin.study.selection.motor_cases import (
     Motors,
@@ -87,7 +89,7 @@ def _largest_use(
     case: Case, summary: Summary, motors: Mapping[str, Any], derating: Mapping[str, Any]
 ) -> float:
     """Return the largest use of any motor; NaN of a robot that does not walk."""
-    if not summary_verdict(summary).walks:
+    if not summary_verdict(summary, standing_width(case)).walks:
         return math.nan
     records, allowed = _given(motors, derating)
     kinds = joint_kinds(summary.joint_names, len(summary.foot_names), summary.run.robot.joint_kinds)
