@@ -97,7 +97,8 @@ def read_loads(
         payload: "1kg", "0.5@link": its mass [kg], and the link at whose origin it is fixed; without
             a link on the trunk.
         push: "20N@1s": a force to the left on the trunk [N], for 0.1 s from a time on [s].
-        lost_leg: a leg, "rf" or "rf@2s": its drives give no torque from a time on [s], or at all.
+        lost_leg: a leg or several, "rf" or "rf,lm@2s": their drives give no torque from a time on
+            [s], or at all.
 
     Raises:
         ParameterError: a text is none of these.
@@ -117,9 +118,53 @@ def read_loads(
         begin = _number("--push", push, start, "s")
         found.append(Push(trunk, force=(0.0, size, 0.0), start=begin, duration=PUSH_TIME))
     if lost_leg is not None:
-        leg, _, start = lost_leg.partition("@")
-        found.append(LostLeg(leg, _number("--lost-leg", lost_leg, start or "0", "s")))
+        legs, _, start = lost_leg.partition("@")
+        since = _number("--lost-leg", lost_leg, start or "0", "s")
+        found += [LostLeg(leg.strip(), since) for leg in legs.split(",")]
     return found
+
+
+# Angles are degrees on the command line, radians in Python: one is easily given for the other.
+
+ROUNDED = 5.5e-3
+"""How far a multiple of 15 degrees, written in radians with two digits, may be off [rad]."""
+
+SLOWEST_TURN = 1.0
+"""Yaw rate below which radians are suspected [degrees/s] (*assumed*): robots turn by 5 to 60."""
+
+STEEPEST_IN_RADIANS = 0.8
+"""Slope below which radians are suspected, 46 degrees [rad]."""
+
+
+def _in_degrees(what: str, value: float, unit: str) -> str:
+    return f"{what} {value:g} {unit} ({math.degrees(value):.3g} if radians are meant)"
+
+
+def heading_doubt(heading: float) -> str:
+    """Return that a heading [degrees] may be meant in radians, in a few words; mostly nothing.
+
+    A multiple of 15 degrees in radians, with two digits, or a part of a degree is suspected.
+    """
+    part = math.pi / 12.0
+    near = abs(heading - part * round(heading / part)) <= ROUNDED
+    small = abs(heading) < 1.0 or (near and abs(heading) <= 2.0 * math.pi + ROUNDED)
+    return _in_degrees("heading", heading, "degrees") if heading and small else ""
+
+
+def turn_doubt(turn_rate: float) -> str:
+    """Return that a yaw rate [degrees/s] may be meant in radians/s; mostly nothing."""
+    slow = 0.0 < abs(turn_rate) < SLOWEST_TURN
+    return _in_degrees("turn rate", turn_rate, "degrees/s") if slow else ""
+
+
+def slope_doubt(terrain: str | None) -> str:
+    """Return that the angle of `slope:DEGREES` may be meant in radians; mostly nothing."""
+    kind, _, angle = (terrain or "").partition(":")
+    if kind != "slope":
+        return ""
+    value = _number("--terrain", terrain or "", angle)
+    slight = 0.0 < abs(value) < STEEPEST_IN_RADIANS
+    return _in_degrees("slope", value, "degrees") if slight else ""
 
 
 def trunk_link(robot: Robot) -> str:

@@ -31,7 +31,14 @@ from hexapod_pin.commands.options import (
     import_code,
     with_groups,
 )
-from hexapod_pin.commands.scene_options import TERRAIN_HELP, read_loads, read_terrain_option
+from hexapod_pin.commands.scene_options import (
+    TERRAIN_HELP,
+    heading_doubt,
+    read_loads,
+    read_terrain_option,
+    slope_doubt,
+    turn_doubt,
+)
 from hexapod_pin.commands.terminal import announce, echo
 
 if TYPE_CHECKING:
@@ -120,7 +127,8 @@ def walk(
         OptionalText, typer.Option(help="FORCE@TIME: to the left on the trunk, such as 20N@1s.")
     ] = None,
     lost_leg: Annotated[
-        OptionalText, typer.Option(help="LEG[@TIME]: its drives give no torque, such as rf@2s.")
+        OptionalText,
+        typer.Option(help="LEG[,LEG][@TIME]: drives give no torque, such as rf,lm@2s."),
     ] = None,
     mu: Annotated[
         OptionalFloat,
@@ -190,8 +198,9 @@ def walk(
     announce(f"reading {robot}")
     from hexapod_pin.commands.case_report import CaseToReport, length_of, run_and_report
     from hexapod_pin.commands.output_files import PAGES, writable, writable_trace
+    from hexapod_pin.commands.refusal import doubtful_file
     from hexapod_pin.control.feasible_gait import default_gait, fit_gait
-    from hexapod_pin.control.gait_refusal import leg_clearance
+    from hexapod_pin.control.gait_refusal import leg_clearance, overlaps
     from hexapod_pin.control.kinematic import KinematicControl
     from hexapod_pin.drive.servo import Servo
     from hexapod_pin.errors import ParameterError
@@ -218,7 +227,8 @@ def walk(
     name = gait or default_gait(loaded)
     numbers = given(cycle_time=cycle_time, duty=duty, lift=lift, speed=speed)
     turning = {"heading": math.radians(heading), "turn_rate": math.radians(turn_rate)}
-    fitted = fit_gait(loaded, name, stroke, **turning, **numbers)
+    with doubtful_file(loaded):
+        fitted = fit_gait(loaded, name, stroke, **turning, **numbers)
     posture_lines: list[str] = []
     if searched:
         announce(f"searching the posture: {posture}")
@@ -275,6 +285,10 @@ def walk(
     if posture_help:
         announce("searching a posture that leaves a longer stroke")
     doubtful = bool(loaded.doubts) and not options.repair
+    cautions = [
+        heading_doubt(heading), turn_doubt(turn_rate), slope_doubt(terrain),
+        *overlaps(loaded, chosen), fitted.slowness, fitted.shortage if short else "",
+    ]  # fmt: skip
     job = CaseToReport(
         case=case,
         title=f"walking {length_of(case)}",
@@ -284,7 +298,7 @@ def walk(
             *posture_lines[:1],
             *([_posture_help(loaded, fitted)] if posture_help else []),
         ],
-        caution=fitted.shortage if short else "",
+        caution=", ".join(filter(None, cautions)),
         motor=motors.record,
         repaired=repaired if doubtful else None,
         changed=changed,

@@ -50,6 +50,9 @@ RATE_SHARE = 0.8
 CYCLE_STEP = 0.1
 """A chosen cycle time is a whole number of these [s]."""
 
+MUCH_LONGER = 1.5
+"""Cycle time over that of S2's gait, scaled, from which slow joints are named first [-]."""
+
 UNHURRIED = 1e4
 """Cycle time at which a stroke is fitted where the cycle is chosen afterwards [s]."""
 
@@ -88,6 +91,15 @@ class FittedGait(Immutable):
         """How much of the stroke that was wanted there is, and what limits it, in a few words."""
         lengths = f"stroke {1e3 * self.gait.stroke:.3g} of {1e3 * self.wanted:.3g} mm"
         return f"{lengths} ({self.limit})" if self.limit else lengths
+
+    @property
+    def slowness(self) -> str:
+        """That slow joints stretch the cycle, in a few words; empty where they do not much."""
+        slow = self.cycle_time not in (DEFAULT, GIVEN, SCALED)
+        usual = DEFAULT_CYCLE * math.sqrt(self.scale)
+        if not slow or self.gait.cycle_time < MUCH_LONGER * usual:
+            return ""
+        return f"cycle {self.gait.cycle_time:.3g} s: its joints are slow"
 
     @property
     def remarks(self) -> tuple[str, ...]:

@@ -5,7 +5,7 @@ Legs may not come too near to each other or to the trunk.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
@@ -27,6 +27,7 @@ from hexapod_pin.control.gait import LONGEST_CYCLE, Gait
 from hexapod_pin.control.leg_group import LegGroup, leg_group
 from hexapod_pin.errors import GaitError, ReachError
 from hexapod_pin.immutable import Immutable
+from hexapod_pin.robot.description.urdf_file import parse_urdf
 from hexapod_pin.robot.leg_bodies import LegBodies, leg_bodies
 
 if TYPE_CHECKING:
@@ -286,6 +287,28 @@ def leg_clearance(robot: Robot, gait: Gait) -> Clearance:
         ReachError: the feet cannot follow the gait.
     """
     return clearance(leg_group(robot), leg_bodies(robot), gait)
+
+
+def overlaps(robot: Robot, gait: Gait) -> tuple[str, ...]:
+    """Return that legs stand in each other, in a few words; nothing of legs that are apart.
+
+    Legs that overlap as the robot stands are not checked in its walk. Of a leg and the trunk this
+    is common: shapes of hips reach into it.
+    """
+    legs = {name: leg.name for leg in robot.legs for name in _links_of(robot, leg.joints)}
+    pairs = {
+        tuple(sorted((legs[a], legs[b])))
+        for a, b in leg_clearance(robot, gait).excluded
+        if a in legs and b in legs and legs[a] != legs[b]
+    }
+    return tuple(f"legs {a} and {b} stand in each other" for a, b in sorted(pairs))
+
+
+def _links_of(robot: Robot, joints: Sequence[str]) -> list[str]:
+    """Return the links that joints move, and those fixed to them."""
+    file = parse_urdf(robot.urdf.encode(), robot.source)
+    children = [joint.child for joint in file.joints if joint.name in joints]
+    return [name for child in children for name in file.rigid_group(child)]
 
 
 @lru_cache(maxsize=CHECKED_GAITS)
