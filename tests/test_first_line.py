@@ -7,12 +7,13 @@ import io
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
 
 from hexapod_pin.commands import app
-from hexapod_pin.commands.terminal import announce, announce_command
+from hexapod_pin.commands.terminal import announce, announce_command, settle
 
 HEAVY = {"typer", "pydantic", "numpy", "scipy", "pinocchio", "rich", "h5py"}
 
@@ -51,6 +52,19 @@ def test_the_first_line_comes_before_the_libraries_and_the_second_before_numpy(
     assert not {name.partition(".")[0] for name in lines[:first]} & HEAVY
     assert first < lines.index("typer") < lines.index("reading none.urdf ...")
     assert lines.index("reading none.urdf ...") < lines.index("numpy")
+
+
+def test_seconds_are_counted_until_something_else_is_printed(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A line that does not move for seconds looks like a command that hangs."""
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    announce("reading robot.urdf")
+    time.sleep(1.3)
+    assert sys.stderr.getvalue() == "reading robot.urdf ...\n\r  1 s"
+    announce("planning the gait")
+    settle()
+    assert sys.stderr.getvalue().split("\r")[-1] == "planning the gait ...\n"
 
 
 def test_nothing_is_announced_where_stderr_is_no_terminal(

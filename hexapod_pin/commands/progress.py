@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+from hexapod_pin.commands.terminal import settle
 from hexapod_pin.foreign_text import visible
 from hexapod_pin.stop_signals import check_stop
 
@@ -106,6 +107,7 @@ def _bar(*, left: bool = False) -> Iterator[Progress | _Hidden]:
     if not (sys.stderr.isatty() or any(map(os.environ.get, TERMINALS))):
         yield _Hidden()
         return
+    settle()
     from rich import progress as rich
     from rich.console import Console
 

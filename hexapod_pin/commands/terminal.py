@@ -8,9 +8,11 @@ from __future__ import annotations
 import os
 import shlex
 import sys
+import threading
+import time
 from collections.abc import Sequence
 from contextlib import suppress
-from typing import NoReturn
+from typing import ClassVar, NoReturn
 
 from hexapod_pin.foreign_text import visible
 from hexapod_pin.stop_signals import end, received
@@ -27,6 +29,7 @@ def echo(text: str = "", *, err: bool = False) -> None:
     """
     import typer
 
+    settle()
     shown, width = visible(text), columns(err)
     if width and not shown.startswith(("{", "[")):
         shown = "\n".join(part for line in shown.split("\n") for part in fitted(line, width))
@@ -85,10 +88,51 @@ def typed_command() -> str:
 
 
 def announce(text: str) -> None:
-    """Print what begins now and has no progress bar, on stderr, where that is a terminal."""
+    """Print what begins now and has no progress bar, on stderr, where that is a terminal.
+
+    Below it the seconds are counted until something else is printed, see `settle`.
+    """
+    settle()
     with suppress(OSError):  # as of a terminal that was closed
         if sys.stderr.isatty():
             print(f"{visible(text)} ...", file=sys.stderr, flush=True)
+            _Seconds.running = _Seconds()
+
+
+def settle() -> None:
+    """End the count of seconds below the last announcement, and clear its line."""
+    if _Seconds.running is not None:
+        _Seconds.running.end()
+        _Seconds.running = None
+
+
+class _Seconds:
+    """Counts seconds in one line of stderr, from the first full one on."""
+
+    running: ClassVar[_Seconds | None] = None
+
+    def __init__(self) -> None:
+        """Begin to count."""
+        self._begin, self._stop = time.monotonic(), threading.Event()
+        self._lock, self._shown, self._stream = threading.Lock(), False, sys.stderr
+        threading.Thread(target=self._count, daemon=True).start()
+
+    def _count(self) -> None:
+        while not self._stop.wait(1.0):
+            with self._lock, suppress(OSError, ValueError):
+                if not self._stop.is_set():
+                    seconds = time.monotonic() - self._begin
+                    self._stream.write(f"\r  {seconds:.0f} s")
+                    self._stream.flush()
+                    self._shown = True
+
+    def end(self) -> None:
+        """Count no more, and clear the line."""
+        with self._lock, suppress(OSError, ValueError):
+            self._stop.set()
+            if self._shown:
+                self._stream.write("\r" + 12 * " " + "\r")
+                self._stream.flush()
 
 
 def announce_command(arguments: Sequence[str]) -> None:
