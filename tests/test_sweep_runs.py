@@ -20,6 +20,7 @@ from refusals import refused
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError, StudyInterrupted, TraceFileError, WorkersError
 from hexapod_pin.results.summary_verdict import summary_verdict
+from hexapod_pin.results.travelled_path import push_offset
 from hexapod_pin.study.runs import SweepResult, run_sweep
 from hexapod_pin.study.runs.distribution import Distribution
 from hexapod_pin.study.runs.store import SweepStore
@@ -242,6 +243,10 @@ def _walks(duration: float, **settings: Any) -> Iterator[Any]:
     yield hp.simulate(scene, gait, duration=duration, accuracy=1e-3)
 
 
+def _pushed(force: float) -> dict[str, Any]:
+    return {"loads": [hp.Push("base_link", force=(0.0, force, 0.0), start=0.2, duration=0.1)]}
+
+
 @pytest.mark.parametrize(
     ("settings", "duration", "walks"),
     [
@@ -249,14 +254,19 @@ def _walks(duration: float, **settings: Any) -> Iterator[Any]:
         ({"contact": hp.Contact.accurate().with_mu(0.02)}, 1.2, False),  # slips
         ({"servo": hp.Servo(kp=0.3, kd=0.01)}, 1.2, False),  # sinks
         ({}, 0.5, None),  # no whole cycle
+        (_pushed(20.0), 1.5, True),
+        (_pushed(130.0), 1.5, False),  # thrown, and walks on there
     ],
 )
 def test_the_verdict_of_a_summary_is_that_of_its_trace(
     settings: dict[str, Any], duration: float, walks: bool | None
 ) -> None:
     (trace,) = _walks(duration, **settings)
-    found = summary_verdict(trace.summary)
+    push = hp.walk_verdict(trace).push
+    found = summary_verdict(trace.summary, math.nan if push is None else push.stance)
     assert found.walks is walks
+    if push is not None:  # of the mass at half cycles, not of the trunk at samples
+        assert push_offset(trace.summary) == pytest.approx(push.offset, rel=0.01, abs=1e-3)
     if walks is not None:
         assert hp.walk_verdict(trace).walks is walks
     share = hp.walk_verdict(trace).travel.speed_share
