@@ -11,11 +11,14 @@ from conftest import Run
 from test_gait import narrow_coxae
 
 import hexapod_pin as hp
+from hexapod_pin.commands.scene_options import heading_doubt, slope_doubt, turn_doubt
 from hexapod_pin.ground.terrain import Ramp
 from hexapod_pin.results.ground_obstacle import SPACING, Obstacle, find_obstacle
 from hexapod_pin.results.sizing import joint_demand, motor_budget
 from hexapod_pin.results.sizing.ranking import lightest_motors
 from hexapod_pin.results.walk_answer import rounded, walk_answer
+from hexapod_pin.results.walk_causes import dragging
+from hexapod_pin.results.walk_verdict import cautions
 from hexapod_pin.robot.loading.load_options import LoadOptions
 from hexapod_pin.text_table import WIDTH
 
@@ -64,6 +67,37 @@ def test_eight_lines_with_the_verdict_first(run: Run) -> None:
     assert lines[7] == "wrote walk.nc   next: hexapod-pin select kharagpur"
     budget = run("budget", "walk.nc").out.splitlines()
     assert budget[:6] == lines[:6]
+
+
+def test_degrees_that_look_like_radians_are_doubted() -> None:
+    """Python takes radians, the command line degrees."""
+    assert heading_doubt(1.57) == "heading 1.57 degrees (90 if radians are meant)"
+    assert "-45 if" in heading_doubt(-0.785) and "28.6 if" in heading_doubt(0.5)
+    assert [heading_doubt(x) for x in (0.0, 5.0, 30.0, 90.0, 1.2)] == [""] * 5
+    assert "(17.2 if" in turn_doubt(0.3) and turn_doubt(10.0) == turn_doubt(0.0) == ""
+    assert "slope 0.17 degrees (9.74" in slope_doubt("slope:0.17")
+    assert [slope_doubt(x) for x in (None, "slope:10", "stairs:0.03")] == [""] * 3
+
+
+def test_feet_that_are_dragged_are_no_walk_but_of_legs_without_torque() -> None:
+    slip = {"lf_foot": 0.02, "rf_foot": 1.02, "rm_foot": 0.98}
+    assert dragging(slip, 0) == dragging(slip, 1) == "it drags rf_foot and rm_foot along"
+    assert dragging(slip, 2) == dragging(None, 0) == dragging({"lf_foot": 0.3}, 0) == ""
+
+
+def test_a_motor_without_mass_of_many_times_the_need_is_doubted() -> None:
+    """10 kgf cm read as 10 N m: no rule refuses it, for a large motor has as much."""
+    robot = hp.load_robot("kharagpur")
+    found = {}
+    for stall in (3.0, 10.0):
+        servo = hp.Servo.for_robot(robot).model_copy(
+            update={"motor": hp.Motor(stall_torque=stall, no_load_speed=6.0)}
+        )
+        gait = hp.KinematicControl(hp.Gait.tripod(stroke=0.04, cycle_time=0.6))
+        run = hp.simulate(hp.Scene(robot, servo=servo), gait, duration=1.3, accuracy=1e-3)
+        found[stall] = cautions(run, None)
+    assert found[3.0] == ()
+    assert re.match(r"motors of 10 N m, \S+ needed \(kgf cm\?\)", found[10.0][0])
 
 
 def test_inertias_in_another_unit_are_in_the_first_line(run: Run, tmp_path: Path) -> None:

@@ -52,7 +52,8 @@ class WalkVerdict(Immutable):
     """What a run comes to as a walk; lengths in metres, angles in radians.
 
     A robot walks that makes at least 80 % of the planned distance and yaw, does not fall, does not
-    touch the ground with its trunk, and is not thrown off its track by a push. Where nothing is
+    touch the ground with its trunk, is not thrown off its track by a push, and drags no foot along
+    but those of legs without torque. Where nothing is
     planned (a posture that is held), or too little to be judged (less than a quarter of a stroke),
     only the latter count.
 
@@ -278,14 +279,12 @@ def _reserve(trace: Trace) -> tuple[str, ...]:
     most = float(np.abs(trace.torque).max(initial=0.0))
     low, high = MUCH_RESERVE
     kgf_cm = TORQUE_UNITS["kgf cm"] * motor.stall_torque
-    if not (low < motor.stall_torque / most < high if most > 0.0 else False):
+    if not low * most < motor.stall_torque < high * most or kgf_cm < LEAST_KGF_CM * most:
         return ()
-    if kgf_cm < LEAST_KGF_CM * most:
-        return ()
-    return (f"motors of {motor.stall_torque:.3g} N m need {most:.2g} (kgf cm?)",)
+    return (f"motors of {motor.stall_torque:.3g} N m, {most:.2g} needed (kgf cm?)",)
 
 
-LEAST_KGF_CM = 0.8
+LEAST_KGF_CM = 0.5
 """Of the largest torque of a run, what the motor would give at least if kgf cm were meant [-]."""
 
 
