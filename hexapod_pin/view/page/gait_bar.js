@@ -3,6 +3,12 @@
 const bar = {
   canvas: $("bar"), still: document.createElement("canvas"), stale: true, width: 100, h: 80,
 
+  // What is written in a row of its own between the numbers and the legs: they would hide stances.
+  flags: [
+    ...R.data.loads.filter((load) => load.kind !== "payload").map((load) => [load.start, load.kind === "push" ? loadText(load) : `${load.leg} lost`]),
+    ...(R.data.fall ? [[R.data.fall.time, "falls"]] : []),
+  ].sort((a, b) => a[0] - b[0]),
+
   left: 12 + 7 * Math.min(6, Math.max(2, ...legsOf(R).map((foot) => foot.label.length))),
   x(time) { return this.left + ((time - start) / (END - start || 1)) * (this.width - this.left - 8); },
   time(x) { return start + ((x - this.left) / (this.width - this.left - 8)) * (END - start); },
@@ -14,7 +20,7 @@ const bar = {
     this.width = width;
     const q = sized(canvas, this.still, width, height), rows = R.legs.length;
     canvas.style.height = "";
-    const marks = 12, h = height - 15 - marks, row = rows ? h / rows : h, chosen = legOf(S.joint);
+    const marks = this.flags.length ? 24 : 12, h = height - 15 - marks, row = rows ? h / rows : h, chosen = legOf(S.joint);
     this.h = marks + h;
     q.translate(0, marks);
     if (R.data.window) {
@@ -59,15 +65,16 @@ const bar = {
       const last = groups.at(-1), least = x > this.width - 50 ? 110 : 52;  // there numbers stand on the left
       if (last && x - last.x < least) last.numbers.push(number); else groups.push({x, numbers: [number]});
     });
+    const low = this.flags.length ? -12 : 0;
     q.fillStyle = ink.hot;
     q.textAlign = "center";
     for (const {x, numbers} of groups) {
       numbers.sort((a, b) => a - b);
       q.beginPath();
-      q.moveTo(x, 0); q.lineTo(x - 3.5, -5); q.lineTo(x + 3.5, -5); q.fill();
+      q.moveTo(x, low); q.lineTo(x - 3.5, low - 5); q.lineTo(x + 3.5, low - 5); q.fill();
       const text = numbers.length > 3 ? `${numbers.slice(0, 2).join(",")}\u2026` : numbers.join(",");
       q.textAlign = x > this.width - 50 ? "right" : "left";
-      q.fillText(text, x + (q.textAlign === "left" ? 5 : -5), -3);
+      q.fillText(text, x + (q.textAlign === "left" ? 5 : -5), low - 3);
     }
   },
 
@@ -79,24 +86,19 @@ const bar = {
         q.fillRect(this.x(load.start), 0, Math.max(3, this.x(load.end) - this.x(load.start)), h);
       } else if (load.kind === "lost") {
         line(load.start, "#7b3fa0");
-        this.flag(q, load.start, `${load.leg} lost`, 1);
       }
     }
     for (const event of R.data.events.slice(0, 200)) line(event.time, ink.hot);
-    if (R.data.fall) {
-      line(R.data.fall.time, ink.hot);
-      this.flag(q, R.data.fall.time, "falls", 15);
+    if (R.data.fall) line(R.data.fall.time, ink.hot);
+    // Texts that would meet stand behind each other.
+    const texts = [];
+    for (const [time, text] of this.flags) {
+      const last = texts.at(-1), x = this.x(time) - 1;
+      if (last && x < last.x + q.measureText(last.text).width + 6) last.text += `, ${text}`; else texts.push({x, text});
     }
-  },
-
-  // A text beside a line, on its left where there is no room on the right.
-  flag(q, time, text, y) {
-    const wide = q.measureText(text).width + 4, right = this.x(time) + 3, x = right + wide > this.width ? right - wide - 6 : right;
-    q.fillStyle = ink.bg;
-    q.fillRect(x, y, wide, 12);
     q.fillStyle = ink.ink;
     q.textAlign = "left";
-    q.fillText(text, x + 2, y + 9);
+    for (const {x, text} of texts) q.fillText(text, Math.max(0, Math.min(x, this.width - q.measureText(text).width - 2)), -3);
   },
 
   cursor() {
@@ -108,6 +110,7 @@ const bar = {
   },
 };
 
+bar.canvas.classList.toggle("flagged", bar.flags.length > 0);
 bar.canvas.setAttribute("aria-valuemin", start.toFixed(3));
 bar.canvas.setAttribute("aria-valuemax", END.toFixed(3));
 bar.canvas.onpointerdown = bar.canvas.onpointermove = (event) => {

@@ -113,7 +113,7 @@ function groundGeometry(data) {
 }
 
 // Level ribbons along lines from point to point: lines of WebGL are a pixel wide, and hard to see.
-function ribbons(ends, wide, color, data) {
+function ribbons(ends, wide, data) {
   const corners = [], index = [];
   for (let k = 0; k < ends.length; k += 6) {
     const [x, y, z, u, v, w] = ends.slice(k, k + 6), size = Math.hypot(u - x, v - y) || 1;
@@ -124,7 +124,7 @@ function ribbons(ends, wide, color, data) {
   const geometry = new THREE.BufferGeometry();
   geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(corners), 3));
   geometry.setIndex(index);
-  const material = new THREE.MeshBasicMaterial({color, transparent: true, side: 2, polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -4});
+  const material = new THREE.MeshBasicMaterial({transparent: true, side: 2, polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -4});
   material.onBeforeCompile = (shader) => {
     Object.assign(shader.uniforms, rimOf(data));
     shader.vertexShader = `varying vec3 vPlace;\n${shader.vertexShader}`.replace(
@@ -143,9 +143,13 @@ function groundOf(run) {
   const {min, max} = surface.geometry.boundingBox;
   surface.userData.contour = data.level ? 0 : niceStep((max.z - min.z) / 12);
   group.add(surface);
-  if (data.edges) group.add(ribbons(data.edges, 0.022 * run.data.reach, 0x3a4652, data));
-  if (data.patches) group.add(ribbons(data.patches, 0.022 * run.data.reach, 0x3366cc, data));
-  return {group, surface};
+  const lines = {};
+  for (const name of ["edges", "patches"]) {
+    if (!data[name]) continue;
+    lines[name] = ribbons(data[name], 0.022 * run.data.reach, data);
+    group.add(lines[name]);
+  }
+  return {group, surface, lines};
 }
 
 // 1, 2 or 5 times a power of ten, at least a value.
@@ -170,8 +174,8 @@ sun.shadow.mapSize.set(1024, 1024);
 world.add(sun, sun.target);
 
 const COLORS = {
-  light: {top: [0.80, 0.88, 0.95], bottom: [0.97, 0.98, 1], fog: 0xeef3f8, ground: 0xdbded9, ink: 0x6d7a80, edge: 0x1d2530},
-  dark: {top: [0.08, 0.10, 0.12], bottom: [0.15, 0.17, 0.20], fog: 0x22272d, ground: 0x39424c, ink: 0x151a1f, edge: 0x0b0e11},
+  light: {top: [0.80, 0.88, 0.95], bottom: [0.97, 0.98, 1], fog: 0xeef3f8, ground: 0xdbded9, ink: 0x6d7a80, edge: 0x1d2530, edges: 0x3a4652, patches: 0x3366cc},
+  dark: {top: [0.08, 0.10, 0.12], bottom: [0.15, 0.17, 0.20], fog: 0x22272d, ground: 0x39424c, ink: 0x151a1f, edge: 0x0b0e11, edges: 0xa9b4c0, patches: 0x7aa7ff},
 };
 const isDark = () => document.documentElement.classList.contains("dark");
 const theme = () => COLORS[isDark() ? "dark" : "light"];
@@ -186,6 +190,7 @@ function colorScene() {
     material.color.setHex(colors.ground);
     material.userData.uInk.value.setHex(colors.ink);
     material.fog = true;
+    for (const [name, {material: line}] of Object.entries(actor.ground.lines)) line.color.setHex(colors[name]);
   }
   dirty = true;
 }

@@ -117,7 +117,7 @@ function allSamples() {
   fillIn();
   window.playback = {
     state: S, data: D, runs, worst, stat, plots, seek, play, select, zoom, jump, camera, setLayer, setRate, values: valuesNow, viewer, actors,
-    overlays, slip: () => slipOf(R), draw: () => { makeAll(); arrange(); $("now").textContent = `${S.time.toFixed(3)} s`; readOut(); }, start, end: END,
+    bar, overlays, slip: () => slipOf(R), draw: () => { makeAll(); arrange(); $("now").textContent = `${S.time.toFixed(3)} s`; readOut(); }, start, end: END,
   };
 }
 

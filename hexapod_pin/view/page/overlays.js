@@ -70,6 +70,7 @@ class Overlays {
     actor.lane.add(this.group);
     const basic = (color, more) => new THREE.MeshBasicMaterial({color, fog: false, ...more});
     const pale = {transparent: true, opacity: 0.18, side: 2, depthWrite: false};
+    const seenThrough = {depthTest: false, transparent: true};
     const line = (color) => new THREE.LineBasicMaterial({color});
     const feet = run.force ? run.data.feet : [];
     this.arrows = feet.map(() => this.add(arrowOf(0xd0201a, 0.011 * r)));
@@ -85,7 +86,7 @@ class Overlays {
       this.reserve = this.add(dynamic(2, line(GREEN), THREE.Line));
     }
     if (run.com) {
-      this.mass = this.add(new THREE.Mesh(new THREE.SphereGeometry(0.022 * r, 16, 12), basic(RED, {depthTest: false, transparent: true})));
+      this.mass = this.add(new THREE.Mesh(new THREE.SphereGeometry(0.022 * r, 16, 12), basic(RED, seenThrough)));
       this.mass.renderOrder = 7;
       this.drop = this.add(dynamic(2, line(RED), THREE.Line));
     }
@@ -93,8 +94,9 @@ class Overlays {
     this.travel = this.add(this.travelArrow(basic(0x3f7f5f, {...pale, opacity: 0.75})));
     this.loads = run.data.loads.filter((load) => load.kind !== "lost").map((load) => {
       const object = load.kind === "payload"
-        ? new THREE.Mesh(new THREE.BoxGeometry(0.16 * r, 0.16 * r, 0.1 * r), basic(PURPLE, {transparent: true, opacity: 0.75}))
+        ? new THREE.Mesh(new THREE.BoxGeometry(0.16 * r, 0.16 * r, 0.1 * r), basic(PURPLE, {...seenThrough, opacity: 0.55}))
         : arrowOf(PURPLE, 0.014 * r);
+      if (load.kind === "payload") object.renderOrder = 6;
       return {load, object: this.add(object)};
     });
     this.place = new THREE.Vector3();
@@ -152,6 +154,12 @@ class Overlays {
     const shape = new THREE.Shape(), r = this.r;
     [[0, -0.03], [0.22, -0.03], [0.22, -0.08], [0.38, 0], [0.22, 0.08], [0.22, 0.03], [0, 0.03]]
       .forEach(([x, y], k) => shape[k ? "lineTo" : "moveTo"](x * r, y * r));
+    // Its depth is that of a place nearer to the eye: hills and steps ahead do not hide it, the robot does.
+    material.onBeforeCompile = (shader) => {
+      shader.vertexShader = shader.vertexShader.replace("#include <project_vertex>", `#include <project_vertex>
+        vec4 nearer = projectionMatrix * vec4(mvPosition.xyz * (1.0 - ${(0.5 * r).toFixed(4)} / length(mvPosition.xyz)), 1.0);
+        gl_Position.z = nearer.z / nearer.w * gl_Position.w;`);
+    };
     return new THREE.Mesh(new THREE.ShapeGeometry(shape), material);
   }
 
@@ -159,8 +167,7 @@ class Overlays {
     const {run} = this.actor;
     this.names = legsOf(run).map((foot) => ({foot, element: this.tag(foot.label)}));
     this.hips = legsOf(run).map((foot) => Math.max(0, run.data.tree.findIndex((b) => b.joint === foot.joints[0])));
-    this.loadTags = this.loads.map(({load}) => this.tag(load.kind === "payload"
-      ? `payload ${+load.mass.toPrecision(4)} kg` : `push ${+Math.hypot(...load.force).toPrecision(3)} N`));
+    this.loadTags = this.loads.map(({load}) => this.tag(loadText(load)));
     if (runs.length > 1) this.runTag = this.tag(run.data.name);
   }
 

@@ -24,9 +24,10 @@ function stale() {
 }
 
 function ticks(low, high, count) {
-  const size = niceStep((high - low) / count) || 1, found = [];
+  const size = niceStep((high - low) / count) || 1, found = [];  // one alone would be no scale
   if (!Number.isFinite(high - low)) return [found, 0];
   for (let v = Math.ceil(low / size - 1e-9) * size; v <= high + 1e-9 * size; v += size) found.push(Math.abs(v) < 1e-9 * size ? 0 : v);
+  if (found.length < 2 && count < 20) return ticks(low, high, 2 * count);
   return [found, Math.max(0, -Math.floor(Math.log10(size) + 1e-9))];
 }
 
@@ -148,7 +149,7 @@ class Plot {
     q.globalAlpha = 1;
     if (limit) this.drawLimit(q, limit, low, high, Y, all);
     q.restore();
-    this.legend(all);
+    this.legend(all, Math.max(...[low, high].map((v) => v.toFixed(this.shownDigits).length)));
   }
 
   axes(q, h, low, high, Y, all) {
@@ -164,7 +165,7 @@ class Plot {
       });
     } else {
       const [values, digits] = ticks(low, high, h > 90 ? 4 : 3);
-      for (const v of values) { line(LEFT, Y(v), this.width - RIGHT, Y(v)); q.fillText(v.toFixed(digits), LEFT - 4, Y(v) + 3); }
+      for (const v of values) { line(LEFT, Y(v), this.width - RIGHT, Y(v)); q.fillText(v.toFixed(digits), LEFT - 4, Math.max(9, Y(v) + 3)); }
     }
     q.textAlign = "center";
     const [times, digits] = ticks(S.from, S.to, Math.max(3, this.width / 75));
@@ -220,7 +221,8 @@ class Plot {
     q.fillText(text, LEFT + 5, y - 1.5);
   }
 
-  legend(all) {
+  // Values have room for so many characters: lines that broke anew with each value would move the plots.
+  legend(all, characters) {
     this.note.textContent = `[${this.unitText?.() ?? this.unit}]`;
     this.keys.textContent = "";
     this.values = all.map((s) => {
@@ -229,6 +231,7 @@ class Plot {
       for (const [name, v] of Object.entries({width: 16, height: 6})) svg.setAttribute(name, v);
       for (const [name, v] of Object.entries({x1: 0, y1: 3, x2: 16, y2: 3, stroke: s.color, "stroke-width": 2, "stroke-dasharray": (s.dash ?? []).join()})) stroke.setAttribute(name, v);
       svg.append(stroke);
+      value.style.minWidth = `${characters}ch`;
       key.append(svg, `${s.name} `, value);
       if (s.on) key.className = "on";
       if (s.pick) key.onclick = s.pick;
