@@ -17,6 +17,7 @@ from types import SimpleNamespace
 import numpy as np
 import pinocchio as pin
 import pytest
+from leg_robots import legged, load
 from page_data import Loads, PageData
 from refusals import refused
 from synthetic import FEET, JOINTS, URDF, synthetic_trace, with_run
@@ -32,6 +33,8 @@ from hexapod_pin.view import html, live_viewer, view, write_html
 from hexapod_pin.view.html import SCRIPTS, page_file, page_text
 from hexapod_pin.view.robot_shapes import RobotShapes
 from hexapod_pin.view.sample_block import SampleBlock, unpacked
+from hexapod_pin.view.torque_limits import limits_of
+from hexapod_pin.view.worst_instants import worst_instants
 
 
 @pytest.fixture(scope="module")
@@ -175,6 +178,35 @@ def test_limits_are_those_that_acted_and_currents_have_the_gears_losses() -> Non
     expected = motor_current(demand, Motors.of(kinds, record, Derating()))
     np.testing.assert_allclose(judged.channel("motor_current"), expected, atol=5.1e-4)
     assert "motor_current" not in PageData(page_text({"": still})).runs[0]["channels"]
+
+
+def test_sliding_joints_have_forces(tmp_path: Path) -> None:
+    """Rows of feet on springs are in N and m/s, those of joints that turn in N m and rad/s."""
+    robot = load(legged(spring=True), tmp_path)
+    trace = hp.simulate(hp.Scene(robot), hp.HoldPosture(), duration=0.1, estimate=False)
+    rows = {row["key"]: row for row in PageData(page_text({"": trace})).runs[0]["worst"]}
+    units = {"slide": ("slide force", "N", "m/s"), "coxa": ("coxa torque", "N m", "rad/s")}
+    for kind, (what, unit, rate) in units.items():
+        row = rows[f"{kind} torque"]
+        assert (row["what"], row["unit"], rows[f"{kind} speed"]["unit"]) == (what, unit, rate)
+        assert trace.joint_names[row["joint"]].endswith("spring_joint") == (kind == "slide")
+
+
+def test_the_least_margin_is_of_a_robot_that_stands(trace: Trace) -> None:
+    """Of one that is set down, from the first sample on that its feet carry it stably."""
+    margin = np.full(len(trace.time), 0.04)
+    margin[:5] = (-np.inf, -0.2, -0.1, 0.01, 0.03)
+    margin[40] = 0.005
+    feet = [{} for _ in trace.foot_names]
+
+    def least(margin: np.ndarray) -> tuple[float, float]:
+        rows = worst_instants(trace, limits_of(trace, None), feet, None, margin)
+        return next((row["value"], row["time"]) for row in rows if row["key"] == "margin")
+
+    assert least(margin) == (0.005, trace.time[40])
+    margin[40] = -0.3
+    assert least(margin) == (-0.3, trace.time[40])
+    assert least(-np.abs(margin[::-1])) == (None, trace.time[-1])  # it never stands
 
 
 def test_names_cannot_break_out_of_the_page(tmp_path: Path) -> None:

@@ -257,6 +257,54 @@ def test_a_drag_zooms_all_plots_and_a_double_click_shows_all(page: Any) -> None:
     assert settled(page)["time"] == pytest.approx(5.0, abs=0.2)
 
 
+def test_what_is_written_above_the_gait_diagram_hides_no_stance(page: Any, trace: Trace) -> None:
+    """The names of the push and of the lost leg have a row of their own: no bar is cut by them.
+
+    A bar has its leg's colour; where something grey or white stood, it has none.
+    """
+    page.evaluate("playback.select(0), playback.seek(0.0), playback.draw()")
+    assert page.evaluate("playback.bar.flags") == [[8.0, "push 6 N"], [9.5, "rf lost"]]
+    seen = page.evaluate(
+        """([times, legs]) => {
+        const {bar} = playback, context = bar.canvas.getContext("2d"), ratio = devicePixelRatio;
+        const height = bar.canvas.clientHeight, top = 24, row = (height - 15 - top) / legs;
+        return times.map((time) => Array.from({length: legs}, (_, leg) => {
+          const at = [bar.x(time) * ratio, (top + (leg + 0.5) * row) * ratio].map(Math.round);
+          const [r, g, b, a] = context.getImageData(...at, 1, 1).data;
+          return a > 100 && Math.max(r, g, b) - Math.min(r, g, b) > 40;
+        }));
+        }""", [(times := np.arange(9.0, 9.95, 0.02)).tolist(), 6],
+    )  # fmt: skip
+    down = np.array([trace.contact[np.abs(trace.time - t) < 0.02].all(axis=0) for t in times])
+    away = np.abs(times - 9.5) > 0.02  # from the line of the lost leg
+    order = page.evaluate("playback.runs[0].legs")
+    assert down[away].sum() > 100
+    assert np.array(seen)[away][down[away][:, order]].all()
+
+
+def test_plots_stay_where_they_are_while_values_change(page: Any) -> None:
+    """The values in the legend have the room of the longest, so that no line breaks anew."""
+    height = """(wide) => {
+    document.getElementById("panels").style.maxWidth = `${wide}px`;
+    return [...Array(12).keys()].map((k) => {
+      playback.seek(3.0 + 0.2 * k);
+      playback.draw();
+      return document.querySelectorAll(".keys")[1].offsetHeight;
+    });
+    }"""
+    for wide in (380, 420, 460, 500):
+        page.evaluate(height, wide)  # plots follow the new width with the next picture
+        settled(page)
+        assert len(set(page.evaluate(height, wide))) == 1
+    page.evaluate("document.getElementById('panels').style.maxWidth = ''")
+
+
+def test_a_payload_is_seen_through_the_trunk(page: Any) -> None:
+    """It is inside: the picture draws its box over what is before it."""
+    loads = "playback.overlays[0].loads.find(({load}) => load.kind === 'payload')"
+    assert page.evaluate(f"{loads}.object.material.depthTest") is False
+
+
 def test_two_fingers_zoom_all_plots(browser: Any, text: str, tmp_path: Path) -> None:
     """The times under the fingers stay there; a tap seeks."""
     path = tmp_path / "walk.html"
@@ -341,6 +389,18 @@ def test_a_telephone_and_a_notebook_show_it(
     inner.wait_for_function("window.playback || window.playbackError", timeout=60_000)
     inner.evaluate("playback.jump(0)")
     assert inner.evaluate("playback.runs.length") == 2
+    changes = inner.evaluate(
+        "[...document.querySelectorAll('#worst tr')].slice(1).map((one) => one.lastChild.innerText)"
+    )
+    found = 0
+    for row, change in zip(inner.evaluate("playback.worst"), changes, strict=True):
+        others = inner.evaluate("playback.runs[1].data.worst")
+        other = next((one["value"] for one in others if one["key"] == row["key"]), None)
+        if other and row["value"]:  # of sizes: the sign of a tilt or a power is a direction
+            share = f"{100 * (abs(other / row['value']) - 1):.1f}".replace("-", "\u2212")
+            assert change == f"{share} %", row["key"]
+            found += other / row["value"] < 0.0
+    assert found  # else the test shows nothing
     apart = "playback.draw(), playback.actors[1].lane.position.length()"
     assert inner.evaluate(apart) > 0.5  # lanes of 3.2 reaches
     assert inner.evaluate(f"playback.setLayer('apart', false), {apart}") == pytest.approx(0.0)

@@ -80,7 +80,9 @@ def run_data(
     sizes, limits = Sizes.of(trace, force_scale), limits_of(trace, record)
     feet = feet_of(trace, shapes)
     window, margin = _window(trace), margins_of(trace) if feet else None
-    worst = worst_instants(trace, limits, feet, window, margin)
+    tree = robot_tree(shapes, trace.joint_names, meshes)
+    slides = {body["joint"] for body in tree if body.get("slides") and body["joint"] >= 0}
+    worst = worst_instants(trace, limits, feet, window, margin, slides)
     least = next((row["value"] for row in worst if row["key"] == "margin"), None)
     start = middle(trace, np.zeros(1, dtype=np.intp))[0] - trace.q[0, :2]
     return {
@@ -89,7 +91,7 @@ def run_data(
         "joints": list(trace.joint_names),
         "kinds": list(kinds_of(trace)),
         "feet": feet,
-        "tree": robot_tree(shapes, trace.joint_names, meshes),
+        "tree": tree,
         "ground": ground_data(trace, sizes, block),
         "loads": loads_of(trace, shapes),
         "events": [event.to_dict() for event in trace.events],

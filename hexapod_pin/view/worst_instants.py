@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -25,13 +25,15 @@ Inside = npt.NDArray[np.bool_]
 
 def worst_instants(
     trace: Trace, limits: Limits, feet: Sequence[Mapping[str, Any]],
-    window: Sequence[float] | None, margin: Array | None,
+    window: Sequence[float] | None, margin: Array | None, slides: Collection[int] = (),
 ) -> list[dict[str, Any]]:  # fmt: skip
     """Return what was largest when: of each kind of joint, feet, stability and trunk.
 
     Peaks of torque, speed, power and force are those of the budget, at integration steps, which
     may lie between samples; the others are of samples. All are of the window, else of the run; at
-    the end follow those of pushes and lost legs, of samples, while these last (`during`).
+    the end follow those of pushes and lost legs, of samples, while these last (`during`). The
+    least margin is from the first sample on at which the robot stands stably, if it does: one that
+    is set down has no margin before.
 
     Each has `key`, `what`, `value`, `unit`, `time` [s], and where they apply `error` (None where it
     is not known), `joint`, `foot`, `use` [-], and `state`: that kept of a torque's peak, by the
@@ -43,22 +45,24 @@ def worst_instants(
         feet: the contact points; empty where contacts were not recorded.
         window: first and last time that count [s]; None: all.
         margin: static stability margin at the samples (T,) [m]; None where it is not known.
+        slides: joints that slide: their forces [N] and speeds [m/s] are called so.
     """
     inside = np.ones(len(trace.time), dtype=bool)
     if window is not None:
         inside = (trace.time >= window[0]) & (trace.time <= window[1])
-    found = _joint_rows(trace, limits, inside)
+    found = _joint_rows(trace, limits, inside, slides)
     if feet:
         found.append(_force_row(trace, feet, inside))
         if margin is not None:
-            k = _arg(margin, inside, least=True)
+            stands = inside & (np.cumsum(margin > 0.0) > 0)
+            k = _arg(margin, stands if stands.any() else inside, least=True)
             found.append(_row("margin", "stability margin", margin[k], "m", trace.time[k]))
     roll, pitch = _roll_pitch(trace)
     for key, values in (("roll", roll), ("pitch", pitch)):
         k = _arg(np.abs(values), inside)
         found.append(_row(key, f"trunk {key}", values[k], "rad", trace.time[k]))
     for name, during in disturbances(trace):
-        found += _disturbance_rows(trace, name, during, margin if feet else None)
+        found += _disturbance_rows(trace, name, during, margin if feet else None, slides)
     return [row for row in found if math.isfinite(row["time"])]
 
 
@@ -81,16 +85,18 @@ def disturbances(trace: Trace) -> list[tuple[str, tuple[float, float]]]:
 
 
 def _disturbance_rows(
-    trace: Trace, name: str, during: tuple[float, float], margin: Array | None
-) -> list[dict[str, Any]]:
+    trace: Trace, name: str, during: tuple[float, float], margin: Array | None,
+    slides: Collection[int],
+) -> list[dict[str, Any]]:  # fmt: skip
     """Return the largest torque, the least margin and the lowest trunk while something acts."""
     inside = (trace.time >= during[0]) & (trace.time <= during[1])
     if not inside.any():
         return []
     found, more = [], {"during": list(during)}
-    if "torque" in trace.recorded and trace.joint_names:
+    turning = np.array([j for j in range(len(trace.joint_names)) if j not in slides], dtype=np.intp)
+    if "torque" in trace.recorded and len(turning):
         sizes = np.abs(trace.torque)
-        k, joint = _largest(sizes, np.arange(len(trace.joint_names)), inside)
+        k, joint = _largest(sizes, turning, inside)
         found.append(_row(f"{name} torque", f"{name}: torque", sizes[k, joint], "N m",
                           trace.time[k], joint=joint, **more))  # fmt: skip
     lowest = [("margin", "least margin", margin), ("height", "lowest trunk", trace.q[:, 2])]
@@ -115,7 +121,9 @@ def _arg(values: Array, inside: Inside, least: bool = False) -> int:
     return int(np.argmin(shown) if least else np.argmax(shown))
 
 
-def _joint_rows(trace: Trace, limits: Limits, inside: Inside) -> list[dict[str, Any]]:
+def _joint_rows(
+    trace: Trace, limits: Limits, inside: Inside, slides: Collection[int]
+) -> list[dict[str, Any]]:
     if "torque" not in trace.recorded or not trace.joint_names:
         return []
     speed, names = trace.v[:, 6:], list(trace.joint_names)
@@ -137,7 +145,8 @@ def _joint_rows(trace: Trace, limits: Limits, inside: Inside) -> list[dict[str, 
         if not limits.slope[joint] and not math.isinf(top):
             more["use"] = float(value / top) if top > 0.0 else None
         more |= _kept_state(trace, joint, time)
-        rows.append(_row(f"{kind} torque", f"{kind} torque", value, "N m", time, error=error,
+        what, unit = ("force", "N") if joint in slides else ("torque", "N m")
+        rows.append(_row(f"{kind} torque", f"{kind} {what}", value, unit, time, error=error,
                          joint=joint, **more))  # fmt: skip
         if limits.slope[own].any():
             k, joint = _largest(use, own, inside)
@@ -150,7 +159,8 @@ def _joint_rows(trace: Trace, limits: Limits, inside: Inside) -> list[dict[str, 
             joint = int(own[np.argmax(np.abs(trace.summary.speed_peak[own]))])
             value = abs(trace.summary.speed_peak[joint])
             time = trace.summary.speed_peak_time[joint]
-        rows.append(_row(f"{kind} speed", f"{kind} speed", value, "rad/s", time, joint=joint))
+        unit = "m/s" if joint in slides else "rad/s"
+        rows.append(_row(f"{kind} speed", f"{kind} speed", value, unit, time, joint=joint))
     joint, value = 0, 0.0
     if gathered:
         joint = int(np.argmax(np.abs(trace.summary.power_peak)))

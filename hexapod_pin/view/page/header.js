@@ -10,7 +10,7 @@ function element(name, attributes = {}, ...content) {
 }
 
 const UNITS = {"m": [1e3, "mm", 1], "rad": [DEGREES, "deg", 2], "1": [100, "%", 0], "N m": [1, "N m", 3], "N": [1, "N", 1],
-  "rad/s": [1, "rad/s", 2], "W": [1, "W", 2]};
+  "rad/s": [1, "rad/s", 2], "m/s": [1e3, "mm/s", 1], "W": [1, "W", 2]};
 
 // Decimals of a number: those of its unit, more where that leaves less than three digits.
 function decimals(value, least) {
@@ -149,7 +149,7 @@ function showLegend() {
 function makeTable() {
   const {box} = panel("Worst instants", true), table = element("table", {id: "worst"});
   const [from, until] = R.data.window ?? [start, END];
-  box.querySelector("small").textContent = `of ${from.toFixed(2)} to ${until.toFixed(2)} s${worst.some((row) => row.during) ? "; of a push or a lost leg: from then on" : ""}; a click on a time shows it`;
+  box.querySelector("small").textContent = `of ${from.toFixed(2)} to ${until.toFixed(2)} s${worst.some((row) => row.during) ? "; of a push or a lost leg: from then on" : ""}; click a time`;
   const shares = runs.length === 1 && worst.some((row) => row.use !== undefined);  // else changes have no room
   if (runs.length > 1) {
     table.append(element("tr", {}, ...["", "", "", "", R.data.name, ...(shares ? ["of limit"] : []),
@@ -158,13 +158,19 @@ function makeTable() {
   worst.forEach((row, k) => {
     const leg = row.joint !== undefined ? legName(row.joint) : row.foot !== undefined ? R.data.feet[row.foot].label ?? R.data.feet[row.foot].name : "";
     const same = runs.slice(1).map((run) => run.data.worst.find((other) => other.key === row.key));
-    const change = same.map((other) => (other?.value && row.value ? `${(100 * (other.value / row.value - 1)).toFixed(1).replace("-", "\u2212")} %` : ""));
+    const change = same.map((other) => changeOf(row, other));
     const button = element("button", {title: `stand at ${row.what}${row.during ? `, of ${row.during.map((t) => t.toFixed(2)).join(" to ")} s` : ""}`}, `${row.time.toFixed(3)} s`);
     button.onclick = () => jump(k);
     table.append(element("tr", {}, ...[`${k + 1}`, button, row.what, leg, shownNumber(row.value, row.unit, runs.length > 1 ? 0 : row.error),
       ...(shares ? [row.use === undefined ? "" : shownNumber(row.use, "1")] : []), ...same.map((other) => (other ? shownNumber(other.value, other.unit) : "")), ...change].map((cell) => element("td", {}, cell))));
   });
   box.append(element("div", {class: "scroll"}, table));
+}
+
+// The change of a number: of its size, where its sign is a direction; none of a margin that is used up.
+function changeOf(row, other) {
+  if (!other?.value || !row.value || (/margin|height/.test(row.key) && (row.value < 0 || other.value < 0))) return "";
+  return `${(100 * (Math.abs(other.value / row.value) - 1)).toFixed(1).replace("-", "\u2212")} %`;
 }
 
 // What a row of the table is about at a sample; null where it is none of its numbers.
@@ -202,12 +208,15 @@ function showCard() {
   const i = now(), j = S.joint, lines = [];
   if (R.data.joints.length) {
     lines.push([shortJoint(j), ""]);
+    const along = slides(j), unit = along ? "N" : "N m";
     if (R.torque) {
       const limit = R.limit[j][i];
-      lines.push(["torque", `${R.torque[j][i].toFixed(torqueDigits())} N m`]);
-      if (Number.isFinite(limit)) lines.push([R.data.limits.slope[j] ? "line now" : "limit", `\u00B1${limit.toFixed(torqueDigits())} N m`], ["use", `${(100 * R.use[j][i]).toFixed(1)} %`]);
+      lines.push([along ? "force" : "torque", `${R.torque[j][i].toFixed(torqueDigits())} ${unit}`]);
+      if (Number.isFinite(limit)) lines.push([R.data.limits.slope[j] ? "line now" : "limit", `\u00B1${limit.toFixed(torqueDigits())} ${unit}`], ["use", `${(100 * R.use[j][i]).toFixed(1)} %`]);
     }
-    lines.push(["speed", `${R.speed[j][i].toFixed(3)} rad/s`], ["angle", `${(DEGREES * R.angle[j][i]).toFixed(2)}\u00B0`]);
+    const [speed, place] = [R.speed[j][i], R.angle[j][i]];
+    if (along) lines.push(["speed", `${(1e3 * speed).toFixed(1)} mm/s`], ["travel", `${(1e3 * place).toFixed(2)} mm`]);
+    else lines.push(["speed", `${speed.toFixed(3)} rad/s`], ["angle", `${(DEGREES * place).toFixed(2)}\u00B0`]);
   }
   const row = S.peak === null ? null : worst[S.peak], usual = lines.length;
   if (row) {

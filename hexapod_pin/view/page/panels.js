@@ -82,7 +82,7 @@ function makeTorque() {
     const leg = legOf(S.joint), own = ofKind(kind);
     select(own.find((j) => legOf(j) === leg) ?? own[0]);
   });
-  const plot = new Plot({title: "Torque", unit: "N m", digits: 3, height: 148, rows: true,
+  const plot = new Plot({title: "Torque", digits: 3, unitText: () => (slides(S.joint) ? "N, of a sliding joint" : "N m"), height: 148, rows: true,
     limit: () => (atRest(R, S.joint) === Infinity ? null
       : {y: R.limit[S.joint], name: `${R.data.limits.slope[S.joint] ? "line at this speed" : "limit"}, ${legName(S.joint)}`}),
     series: () => {
@@ -140,6 +140,7 @@ class Cloud {
     if (!this.box.open || !this.canvas.clientWidth) return;
     const width = this.canvas.clientWidth, height = 190, j = S.joint, torque = R.torque[j], speed = R.speed[j];
     const q = sized(this.canvas, this.still, width, height), {stall, slope, name} = R.data.limits, rest = atRest(R, j);
+    const [force, rate] = slides(j) ? ["N", "m/s"] : ["N m", "rad/s"];
     let most = 0.05, fast = 0.05;
     for (let i = 0; i < R.N; i++) { most = Math.max(most, Math.abs(torque[i])); fast = Math.max(fast, Math.abs(speed[i])); }
     if (rest < 3 * most) most = Math.max(most, rest);
@@ -152,7 +153,7 @@ class Cloud {
     const line = (x0, y0, x1, y1) => { q.beginPath(); q.moveTo(x0, y0); q.lineTo(x1, y1); q.stroke(); };
     const [xs, dx] = ticks(-fast, fast, 6), [ys, dy] = ticks(-most, most, 5);
     q.textAlign = "center";
-    for (const v of xs) { line(X(v), 4, X(v), height - 20); q.fillText(v.toFixed(dx) + (v === xs.at(-1) ? " rad/s" : ""), Math.min(X(v), width - 22), height - 6); }
+    for (const v of xs) { line(X(v), 4, X(v), height - 20); q.fillText(v.toFixed(dx) + (v === xs.at(-1) ? ` ${rate}` : ""), Math.min(X(v), width - 22), height - 6); }
     q.textAlign = "right";
     for (const v of ys) { line(LEFT, Y(v), width - RIGHT, Y(v)); q.fillText(v.toFixed(dy), LEFT - 4, Y(v) + 3); }
     q.fillStyle = legColor(Math.max(0, legOf(j)));
@@ -168,8 +169,8 @@ class Cloud {
       q.stroke();
     }
     q.setLineDash([]);
-    const far = rest < Infinity && rest > most ? ` (${rest.toFixed(2)} N m, out of sight)` : "";
-    this.note.textContent = `[N m] ${shortJoint(j)}, every sample${rest === Infinity ? "" : `; dashed: ${name}${far}`}`;
+    const far = rest < Infinity && rest > most ? ` (${rest.toFixed(2)} ${force}, out of sight)` : "";
+    this.note.textContent = `[${force}] ${shortJoint(j)}, every sample${rest === Infinity ? "" : `; dashed: ${name}${far}`}`;
   }
 
   cursor() {

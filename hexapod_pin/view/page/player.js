@@ -12,9 +12,10 @@ let dirty = true, complete = false;  // whether all samples are there, not only 
 const worst = R.data.worst;
 {
   const steady = worst.filter((row) => row.joint !== undefined && !row.during);
-  const uses = steady.filter((row) => row.unit === "1"), torques = steady.filter((row) => row.unit === "N m");
+  const uses = steady.filter((row) => row.unit === "1"), torques = steady.filter((row) => row.key.endsWith(" torque"));
+  const share = ({use = 0}) => use ?? Infinity;
   const first = uses.sort((a, b) => (b.value ?? Infinity) - (a.value ?? Infinity))[0]
-    ?? torques.sort((a, b) => b.value - a.value)[0];
+    ?? torques.sort((a, b) => share(b) - share(a) || b.value - a.value)[0];
   if (first) Object.assign(S, {joint: first.joint, kind: R.data.kinds[first.joint]});
 }
 
