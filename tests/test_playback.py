@@ -118,6 +118,19 @@ def test_the_page_is_whole(page: str) -> None:
     assert len(page) < 450_000  # 290 kB of it are the viewer
 
 
+def test_the_viewer_is_parsed_once() -> None:
+    """The function that holds three.js is in brackets, the rest is as installed."""
+    plain = html.viewer_file("dist/main.min.js")
+    bracketed = html.parsed_at_once(plain)
+    [found] = re.finditer(r':(\()\(\w,\w,\w\)=>\{"use strict"', bracketed)
+    opening = found.start(1)
+    half = bracketed[:opening] + bracketed[opening + 1 :]
+    closing = next(k for k, (a, b) in enumerate(zip(half, plain, strict=False)) if a != b)
+    assert half[closing - 1 : closing + 1] == "})" and closing - opening > 0.7 * len(plain)
+    assert half[:closing] + half[closing + 1 :] == plain
+    assert html.parsed_at_once("another viewer") == "another viewer"
+
+
 def test_every_sample_is_in_the_page(data: PageData, trace: Trace) -> None:
     """At the resolution stated, which without a known error is the coarsest."""
     expected = {

@@ -186,7 +186,24 @@ def page_file(name: str) -> str:
 
 @cache
 def _viewer() -> str:
-    return deflated(viewer_file("dist/main.min.js").encode())
+    return deflated(parsed_at_once(viewer_file("dist/main.min.js")).encode())
+
+
+def parsed_at_once(viewer: str) -> str:
+    """Return the viewer's script with the function that holds three.js in brackets.
+
+    A script engine first only skims a function, to parse it when it is called; one in brackets it
+    parses at once. three.js is called right away, and its 0.6 MB would be read twice. A
+    viewer that is built in another way is returned as it is.
+    """
+    return _THREE.sub(r"\1(\2)", viewer, count=1)
+
+
+_THREE = re.compile(
+    r'(?s)(\d+:)(\(\w,\w,\w\)=>\{"use strict";[^{]*\{ACESFilmicToneMapping:.*?\})'
+    r'(?=,\d+:\(\w,\w,\w\)=>\{"use strict")'
+)
+"""The module of three.js in webpack's table of modules: its number and its function."""
 
 
 def viewer_file(name: str) -> str:

@@ -45,7 +45,7 @@ async function fill(until) {
 await fill(D.early);
 const inflatedAt = performance.now();
 
-// Rows of numbers, each made when it is first read.
+// Rows of numbers, each made when it is first read, whole or up to a sample.
 function rowsWhenRead(count, make) {
   const rows = new Array(count), whole = {configurable: true, enumerable: true};
   for (let k = 0; k < count; k++) {
@@ -79,7 +79,9 @@ function unpackedArrays(bytes, table) {
   return table.map((entry) => {
     const from = at, count = entry.n * entry.columns;
     at += count * entry.wide;
-    return rowsWhenRead(entry.columns, (c) => unpackedRow(bytes, from + c * entry.n, count, entry));
+    const row = (c, n) => unpackedRow(bytes, from + c * entry.n, count, {...entry, n});
+    return Object.assign(rowsWhenRead(entry.columns, (c) => row(c, entry.n)), {upTo: (i) =>
+      rowsWhenRead(entry.columns, (c) => row(c, Math.min(entry.n, i + 1)))});
   });
 }
 

@@ -29,7 +29,7 @@ function followRobot(i) {
     middle[0] += (x + lane.position.x) / shown.length;
     middle[1] += (y + lane.position.y) / shown.length;
   }
-  const drop = R.place[2][i] - R.place[2][0];
+  const {place} = R.motion(i), drop = place[2][i] - place[2][0];
   world.position.set(-middle[0], -middle[1], -0.75 * R.data.eye - drop);
 }
 

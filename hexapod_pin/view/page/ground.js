@@ -3,6 +3,7 @@
 const THREE = MeshCat.THREE;
 const view = $("view"), viewSize = {x: 1, y: 1}, viewer = new MeshCat.Viewer(view, false);
 viewer.gui.domElement.style.display = "none";
+viewer.renderer.debug.checkShaderErrors = false;  // it waits for each program; they are made together
 viewer.set_dirty = () => { dirty = true; };
 // The canvas follows its element; it is made anew only where the size is another.
 viewer.set_3d_pane_size = () => {
@@ -163,7 +164,7 @@ function niceStep(value) {
 viewer.set_property(["Lights"], "visible", false);
 world.add(new THREE.HemisphereLight(0xffffff, 0xb4babf, 0.74));
 const sun = new THREE.DirectionalLight(0xffffff, 0.46);
-sun.castShadow = true;
+sun.castShadow = false;  // until all samples are there
 sun.shadow.mapSize.set(1024, 1024);
 {
   const reach = 2.2 * Math.max(...runs.map((run) => run.data.reach));
@@ -179,6 +180,18 @@ const COLORS = {
 };
 const isDark = () => document.documentElement.classList.contains("dark");
 const theme = () => COLORS[isDark() ? "dark" : "light"];
+
+// Programs of the first picture are made by the graphics process while the robot and its ground are.
+{
+  const early = new THREE.Group(), body = new THREE.MeshPhongMaterial({side: 2});
+  for (const material of [body, ...runs.map((run) => groundMaterial(run.data.ground))]) {
+    early.add(Object.assign(new THREE.Mesh(new THREE.BufferGeometry(), material), {receiveShadow: true}));
+  }
+  viewer.scene.fog = new THREE.Fog(0);
+  world.add(early);
+  viewer.renderer.compile(viewer.scene, viewer.camera);
+  world.remove(early);
+}
 
 function colorScene() {
   const colors = theme(), reach = R.data.reach;

@@ -1,12 +1,9 @@
-// One loop draws everything that changed. The first picture is the robot on its ground; other samples,
-// colours, what is drawn about it and the plots follow, a part in each of the next pictures.
+// One loop draws everything that changed. The first picture is the robot on its ground, drawn at once; other
+// samples, colours, the table, plots and what is drawn about the robot follow, some milliseconds at a time.
 
 if (matchMedia("(prefers-color-scheme: dark)").matches) document.documentElement.classList.add("dark");
 readLink();
 makeHeader();
-makeTable();
-makePanels();
-makeControls();
 makeLayers();
 showLegend();
 const overlays = [];
@@ -19,7 +16,7 @@ function recolor() {
 }
 
 // What is left to make before all is shown; what needs all makes it at once.
-const left = [...actors.map((actor) => () => actor.outline()), ...actors.map((actor) => () => { overlays.push(new Overlays(actor)); })];
+const left = [makeTable, makePanels, stale, ...actors.map((actor) => () => actor.outline()), ...actors.map((actor) => () => { overlays.push(new Overlays(actor)); })];
 function makeAll() {
   while (left.length) left.shift()();
 }
@@ -104,16 +101,17 @@ addEventListener("hashchange", () => { readLink(); stale(); showPlaying(); });
 new ResizeObserver(() => { viewer.set_3d_pane_size(); stale(); }).observe(document.body);
 new ResizeObserver(() => { viewer.set_3d_pane_size(); stale(); }).observe(view);
 viewer.controls.addEventListener("change", () => { dirty = true; });
-viewer.set_3d_pane_size();
 recolor();
 placeLanes();
-camera(S.camera);
+makeControls();
 showPlaying();
+viewer.set_3d_pane_size();
+camera(S.camera);
 
 // All samples are there: what a test or a program in the page may read and do.
 function allSamples() {
   complete = dirty = true;
-  left.push(showCard, ...[bar, ...plots].map((plot) => () => readPlot(plot)));
+  left.push(showCard, () => { left.push(...[bar, ...plots].map((plot) => () => readPlot(plot))); });
   fillIn();
   window.playback = {
     state: S, data: D, runs, worst, stat, plots, seek, play, select, zoom, jump, camera, setLayer, setRate, values: valuesNow, viewer, actors,
@@ -129,4 +127,4 @@ function fillIn() {
   filled = dirty = true;
 }
 stat.ready = performance.now();
-requestAnimationFrame((at) => { lastTime = at; requestAnimationFrame(loop); });
+loop(stat.ready);

@@ -215,7 +215,7 @@ class Overlays {
     this.holds.visible = L.feet && this.holds.count > 0;
     this.slides.count = shown(this.slides);
     this.slides.visible = L.slip && this.slides.count > 0;
-    const turn = run.yaw[i] - run.yaw[0], [x, y] = focusOf(run, i), [tx, ty] = run.data.travel;
+    const turn = yawOf(run, i) - yawOf(run, 0), [x, y] = focusOf(run, i), [tx, ty] = run.data.travel;
     const heading = Math.atan2(ty, tx) + turn, far = 1.15 * this.r;
     this.travel.visible = L.names;
     const level = feet.length ? Math.max(...feet.map((_, f) => (run.down[f][i] ? this.sole(f, i)[2] : -Infinity))) : 0;

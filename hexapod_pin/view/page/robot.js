@@ -90,17 +90,17 @@ class Actor {
   // Place the robot at a sample, a share of the way to the next.
   pose(i, share) {
     const {run} = this, next = share > 0 ? Math.min(run.N - 1, i + 1) : i;
-    const at = (row) => row[i] + share * (row[next] - row[i]);
+    const {place, turn, angle} = run.motion(next), at = (row) => row[i] + share * (row[next] - row[i]);
     for (const body of this.bodies) {
       if (body.joint === -1) {
-        body.node.position.set(at(run.place[0]), at(run.place[1]), at(run.place[2]));
-        body.node.quaternion.set(at(run.turn[0]), at(run.turn[1]), at(run.turn[2]), at(run.turn[3])).normalize();
+        body.node.position.set(at(place[0]), at(place[1]), at(place[2]));
+        body.node.quaternion.set(at(turn[0]), at(turn[1]), at(turn[2]), at(turn[3])).normalize();
       } else if (body.joint >= 0 && body.slides) {
-        body.node.position.copy(body.axis).multiplyScalar(at(run.angle[body.joint]))
+        body.node.position.copy(body.axis).multiplyScalar(at(angle[body.joint]))
           .applyQuaternion(body.base).add(body.place);
       } else if (body.joint >= 0) {
         body.node.quaternion.copy(body.base)
-          .multiply(this.bend.setFromAxisAngle(body.axis, at(run.angle[body.joint])));
+          .multiply(this.bend.setFromAxisAngle(body.axis, at(angle[body.joint])));
       }
     }
     if (run.lift) this.ground.group.position.z = at(run.lift);
@@ -157,6 +157,6 @@ function placeLanes() {
 
 // What the picture is centred on: the trunk, or the middle of the feet where its frame is aside.
 function focusOf(run, i) {
-  const turn = run.yaw[i] - run.yaw[0], [x, y] = run.data.aside, c = Math.cos(turn), s = Math.sin(turn);
-  return [run.place[0][i] + c * x - s * y, run.place[1][i] + s * x + c * y];
+  const turn = yawOf(run, i) - yawOf(run, 0), [x, y] = run.data.aside, c = Math.cos(turn), s = Math.sin(turn), {place} = run.motion(i);
+  return [place[0][i] + c * x - s * y, place[1][i] + s * x + c * y];
 }

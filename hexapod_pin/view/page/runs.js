@@ -35,6 +35,16 @@ const runs = D.runs.map((data, number) => {
     lift: "lift" in data.ground ? extended(arrays[data.ground.lift][0], () => undefined) : null,
     legs: data.feet.map((_, f) => f).filter((f) => data.feet[f].label),
   });
+  // The motion up to a sample: all that a picture needs before all samples are there.
+  let few = null, until = -1;
+  run.motion = (i) => {
+    if (complete) return run;
+    if (i > until) {
+      until = i + 1;
+      few = Object.fromEntries(["place", "turn", "angle"].map((name) => [name, arrays[data.channels[name]].upTo(until)]));
+    }
+    return few;
+  };
   derive(run);
   return run;
 });
@@ -113,19 +123,22 @@ function derive(run) {
     }
   }
   Object.defineProperty(run, "margin", {get: () => run.margins?.[0]});
-  const [x, y, z, w] = run.turn;
   const angles = {
-    roll: (i) => DEGREES * Math.atan2(2 * (w[i] * x[i] + y[i] * z[i]), 1 - 2 * (x[i] * x[i] + y[i] * y[i])),
-    pitch: (i) => DEGREES * Math.asin(Math.max(-1, Math.min(1, 2 * (w[i] * y[i] - z[i] * x[i])))),
-    yaw: (i) => Math.atan2(2 * (w[i] * z[i] + x[i] * y[i]), 1 - 2 * (y[i] * y[i] + z[i] * z[i])),
+    roll: (i, [x, y, z, w]) => DEGREES * Math.atan2(2 * (w[i] * x[i] + y[i] * z[i]), 1 - 2 * (x[i] * x[i] + y[i] * y[i])),
+    pitch: (i, [x, y, z, w]) => DEGREES * Math.asin(Math.max(-1, Math.min(1, 2 * (w[i] * y[i] - z[i] * x[i])))),
   };
   for (const [name, angle] of Object.entries(angles)) {
     Object.defineProperty(run, name, {configurable: true, get() {
-      const value = tabulated(total, angle);
+      const {turn} = run, rows = [turn[0], turn[1], turn[2], turn[3]], value = tabulated(total, (i) => angle(i, rows));
       Object.defineProperty(run, name, {value});
       return value;
     }});
   }
+}
+
+function yawOf(run, i) {
+  const {turn: [x, y, z, w]} = run.motion(i);
+  return Math.atan2(2 * (w[i] * z[i] + x[i] * y[i]), 1 - 2 * (y[i] * y[i] + z[i] * z[i]));
 }
 
 // The power of all joints together.
