@@ -122,61 +122,6 @@ def test_foot_jacobian_and_drift_equal_central_differences() -> None:
         assert np.abs(by_gap - found["foot_jacobian"][2::3, k]).max() < 1e-8
 
 
-@pytest.mark.parametrize("contact", CONTACTS)
-def test_contact_blocks_equal_central_differences(contact: str, tmp_path) -> None:
-    """W = -df/du and -df/dz of one foot, nonsymmetric coupling included."""
-    robot = vehicles.particle(tmp_path)
-    plant = native_plant(hp.Scene(robot, contact=CONTACTS[contact], servo=vehicles.LIMP))
-
-    def force(z: float, u: np.ndarray) -> np.ndarray:
-        q = pin.neutral(robot.model)
-        q[2] = z
-        return _native.evaluate(plant, q, np.r_[u, 0, 0, 0], np.zeros(0))["foot_force"][0]
-
-    z, u = -2e-5, np.array([3e-4, -7e-4, -2e-3])
-    q = pin.neutral(robot.model)
-    q[2] = z
-    found = _native.evaluate(plant, q, np.r_[u, 0, 0, 0], np.zeros(0))
-    h = 1e-8
-    by_u = np.column_stack(
-        [(force(z, u + h * e) - force(z, u - h * e)) / (2 * h) for e in np.eye(3)]
-    )
-    scale = np.abs(by_u).max()
-    assert np.abs(found["foot_damping"] + by_u).max() < 1e-6 * scale
-    assert np.abs(found["foot_damping"] - found["foot_damping"].T).max() > 1e-3 * scale
-    by_z = (force(z + h * 1e-2, u) - force(z - h * 1e-2, u)) / (2e-2 * h)
-    assert found["foot_stiffness"][0] == pytest.approx(
-        -by_z, rel=1e-5, abs=1e-7 * np.abs(by_z).max()
-    )
-
-
-@pytest.mark.parametrize("method", ["implicit-euler", "rk4"])
-def test_method_converges_at_its_order_before_touch_down(method: str) -> None:
-    """HC39: contact-free flight with servos; slope of log error over three halvings."""
-    robot = vehicles.hexa_ref()
-    scene, start, posture = vehicles.drop(robot)
-    target = posture + np.tile([0.2, -0.1, 0.15], 6)
-    duration, order = 0.016, {"implicit-euler": 1.0, "rk4": 4.0}[method]
-    # kd/I = 1400 1/s: the asymptotic range begins below 1e-4 s
-    steps = {"implicit-euler": (4e-5, 2e-5, 1e-5), "rk4": (2e-4, 1e-4, 5e-5)}[method]
-
-    def final(kind: str, step: float) -> np.ndarray:
-        return hp.simulate(
-            scene,
-            hp.HoldPosture(target),
-            duration=duration,
-            method=kind,
-            step=step,
-            sample=duration,
-            initial=start,
-        ).q[-1]
-
-    truth = final("rk4", 4e-6)
-    errors = [np.abs(final(method, step) - truth).max() for step in steps]
-    measured = np.log2(np.array(errors[:-1]) / errors[1:])
-    assert measured[-1] == pytest.approx(order, abs=0.2)
-
-
 @pytest.mark.parametrize("name", ["kharagpur", "hexa_ref"])
 def test_bias_equals_pinocchio(name: str) -> None:
     """The bias from CRBA's leftovers against `nonLinearEffects`, 100 fast random states."""
