@@ -128,7 +128,7 @@ class RequestedSamples(Record):  # noqa: PLW1641  # no record has a hash
         return cls(len(next(iter(found.values()))), joint_names, foot_names, **found)
 
 
-class RobotSamples(StateNames, Record):  # noqa: PLW1641  # no record has a hash
+class RobotSamples(Record, StateNames):  # noqa: PLW1641  # no record has a hash
     """The samples of a `Trace`: their arrays, and what follows from them."""
 
     AXES: ClassVar[Mapping[str, str | tuple[str, ...]]] = {
@@ -317,7 +317,7 @@ PREFIX = "peak_"
 """Begins the names of these arrays among those of a trace."""
 
 
-class PeakStates(StateNames, Record):  # noqa: PLW1641  # no record has a hash
+class PeakStates(Record, StateNames):  # noqa: PLW1641  # no record has a hash
     """The state at the instant of each joint's `Summary.torque_peak`: n peaks, n joints, F feet.
 
     Peaks are those of integration steps, which may lie between two samples. Without a whole cycle
