@@ -1,4 +1,4 @@
-"""What joint servos follow and give: set-points with their derivatives, and a PD law in NumPy."""
+"""The set-points of a joint trajectory at any time, with first and second derivatives."""
 
 from __future__ import annotations
 
@@ -47,21 +47,3 @@ class SetPoints:
             return plan.q[knot] + share * travel, plan.v[knot], np.zeros(plan.q.shape[1])
         position, rate, acceleration = (curve(time) for curve in self._curves)
         return position, rate, acceleration
-
-
-# The law is written apart from the native core, which the formulations are compared with.
-
-
-def servo_torque(
-    error: Array, rate_error: Array, *, kp: float | Array, kd: float | Array, limit: Array
-) -> Array:
-    """Return kp (q_ref - q) + kd (q'_ref - q'), limited [N m].
-
-    Args:
-        error: q_ref - q [rad]. Shape (n,).
-        rate_error: q'_ref - q' [rad/s]. Shape (n,).
-        kp: stiffness [N m/rad], one for all joints or shape (n,).
-        kd: damping [N m s/rad], one for all joints or shape (n,).
-        limit: largest torques [N m], may be infinite. Shape (n,).
-    """
-    return np.clip(kp * error + kd * rate_error, -limit, limit)

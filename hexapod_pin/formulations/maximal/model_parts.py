@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import NonNegativeFloat
 
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.formulations.set_points import servo_torque
+from hexapod_pin.formulations.servo import servo_torque
 from hexapod_pin.robot.rotations import skew
 from hexapod_pin.spec import Spec
 

@@ -21,7 +21,8 @@ from hexapod_pin.formulations.rigid.derivative import (
     solve_kkt,
 )
 from hexapod_pin.formulations.rigid.model import EquationTerms, RigidModel
-from hexapod_pin.formulations.set_points import SetPoints, servo_torque
+from hexapod_pin.formulations.servo import servo_torque
+from hexapod_pin.formulations.set_points import SetPoints
 
 if TYPE_CHECKING:
     from hexapod_pin.drive.servo import Servo
