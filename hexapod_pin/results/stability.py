@@ -231,6 +231,20 @@ def _rms(values: Array) -> float:
 # The margins of a walk as plain text.
 
 
+def _answer(data: Mapping[str, Any]) -> str:
+    """Return whether the centre of mass stays over the feet, in one line."""
+    row = data["margins"]["static_margin"]
+    name, least = data["robot_name"], row["least"]
+    if least is None:
+        return f"{name}: no foot on the ground at {row['time']:.3f} s"
+    if least < 0.0:
+        return (
+            f"{name} is not statically stable: its centre of mass is up to {-1e3 * least:.0f} mm "
+            f"outside its feet ({row['time']:.3f} s)"
+        )
+    return f"{name} is statically stable: margin {1e3 * least:.0f} mm at least"
+
+
 def stability_lines(data: Mapping[str, Any], meanings: Mapping[str, str]) -> list[str]:
     """Return the lines of a table, lengths in millimetres.
 
@@ -239,7 +253,8 @@ def stability_lines(data: Mapping[str, Any], meanings: Mapping[str, str]) -> lis
         meanings: of its margins, in the order of the table.
     """
     window = data["window"]
-    cycles = "" if window["cycles"] is None else f", {window['cycles']} whole gait cycle(s)"
+    count = window["cycles"]
+    cycles = "" if count is None else f", {count} whole gait cycle{'s' * (count > 1)}"
     margins = []
     for name, meaning in meanings.items():
         row = data["margins"][name]
@@ -256,7 +271,7 @@ def stability_lines(data: Mapping[str, Any], meanings: Mapping[str, str]) -> lis
     energy = data["energy_margin"]
     least = "none" if energy is None else f"{energy:.4g} J"
     return [
-        f"Stability of {data['robot_name']}",
+        _answer(data),
         f"window: {window['start']:.4g} to {window['end']:.4g} s{cycles}",
         "",
         *Table("", head, margins, "<>", False, ".2f", "none", least=7).lines(),

@@ -53,9 +53,8 @@ class WalkVerdict(Immutable):
 
     A robot walks that makes at least 80 % of the planned distance and yaw, does not fall, does not
     touch the ground with its trunk, is not thrown off its track by a push, and drags no foot along
-    but those of legs without torque. Where nothing is
-    planned (a posture that is held), or too little to be judged (less than a quarter of a stroke),
-    only the latter count.
+    but those of legs without torque. Where nothing is planned (a posture that is held), or too
+    little to be judged (less than a quarter of a stroke), speed, yaw and slip do not count.
 
     Attributes:
         robot_name: name of the robot.
