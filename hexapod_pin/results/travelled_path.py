@@ -21,7 +21,7 @@ from hexapod_pin.results.trace import Trace
 from hexapod_pin.robot.rotations import trunk_yaw, yawed
 
 if TYPE_CHECKING:
-    from hexapod_pin.control.commanded_body import PlanarMotion
+    from hexapod_pin.control.body_path import PlanarMotion
     from hexapod_pin.results.run_record import RunRecord
     from hexapod_pin.results.summary import Summary
     from hexapod_pin.scene.loads import Push
