@@ -49,7 +49,10 @@ const bar = {
     q.fillStyle = ink.soft;
     q.textAlign = "center";
     const [times, digits] = ticks(start, END, Math.max(3, width / 90));
-    for (const t of times) q.fillText(`${t.toFixed(digits)} s`, Math.max(this.left, Math.min(width - 14, this.x(t))), h + 12);
+    for (const t of times) {
+      const text = `${t.toFixed(digits)} s`;
+      q.fillText(text, Math.max(this.left, Math.min(width - 1 - 0.5 * q.measureText(text).width, this.x(t))), h + 12);
+    }
     this.peaks(q);
     if (S.from > start || S.to < END) {
       q.strokeStyle = ink.select;

@@ -72,7 +72,8 @@ function picture() {
   if (filled) stat.all ??= d;
   if (!stat.first) {
     stat.first = d;
-    fill(samples.bytes.length).then(allSamples, trouble);
+    // Once it is on its way to the screen: inflating leaves the page no time for it.
+    requestAnimationFrame(() => setTimeout(() => fill(samples.bytes.length).then(allSamples, trouble)));
   }
   stat.scene += b - a;
   stat.graphics += c - b;

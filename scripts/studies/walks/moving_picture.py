@@ -69,7 +69,7 @@ def photographs(page: Path, times: Sequence[float]) -> list[Image.Image]:
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=chromium, args=list(OPTIONS))
         tab = browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]})
-        tab.goto(page.as_uri())
+        tab.goto(page.as_uri(), wait_until="commit")
         tab.wait_for_function("window.playback || window.playbackError", timeout=120_000)
         tab.evaluate("playback.play(false)")
         for time in times:
