@@ -220,8 +220,8 @@ What misses, and why (further runs).
   tripod) and 9 % (kharagpur, tetrapod). Bumps, ticks of 2 ms, 12 walks: 4 points per 10 mm
   (correlation 0.80; with the suspension 0.79, without the soles 0.77), so that 12 % is reached at
   65 mm, and 10 % at the mean stroke of 60 mm. Stroke and kind of gait are not independent there.
-  In the last table they are: the same gaits save 4 to 7 % with 40 mm, 5 to 16 % as drawn, 17 to 26 %
-  with 100 mm (kharagpur the least, athena the most; three gaits each). The suspension
+  In the last table they are: the same gaits save 4 to 7 % with 40 mm, 5 to 16 % as drawn and 17 to
+  26 % with 100 mm (kharagpur the least, athena the most; three gaits each). The suspension
   changes energy by -0.2 points in the mean and 2 at most, so it is not the cause. Pushing soles
   down costs 1 to 4 points on flat ground: without it a controller saves more energy, and improves
   all else less.
