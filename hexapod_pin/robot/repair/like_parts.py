@@ -70,12 +70,13 @@ def like_joints(measures: Measures) -> list[list[Joint]]:
 def unlike_parts(measures: Measures) -> list[Unlike]:
     """Return every number of one leg that differs much from those of all other legs."""
     found: list[Unlike] = []
+    lengths = _lengths(measures)
     for joints in like_joints(measures):
         if len(joints) < FEWEST_LIKE or len({joint.kind for joint in joints}) > 1:
             continue
         found += _odd(joints, "effort", [joint.limit("effort") for joint in joints])
         found += _odd(joints, "velocity", [joint.limit("velocity") for joint in joints])
-        found += _odd(joints, "length", [_length(measures, joint) for joint in joints])
+        found += _odd(joints, "length", [lengths[id(joint)] for joint in joints])
         masses = [_mass(measures, joint) for joint in joints]
         least = MASS_THAT_MATTERS * measures.total_mass
         found += [x for x in _odd(joints, "mass", masses) if abs(x.value - x.usual) >= least]
@@ -135,6 +136,11 @@ PITCH = 0.7
 the leg, and its sense can be compared with that of mirrored legs."""
 
 
+COPIED = 0.99
+"""Part of a range that legs have in common whose limits are copies of each other: where zeros of
+angles differ from leg to leg, ranges cannot be compared (*assumed*)."""
+
+
 def reversed_axes(measures: Measures) -> list[ReversedAxis]:
     """Return the joint of one leg that has the range of all other legs the wrong way round.
 
@@ -142,9 +148,13 @@ def reversed_axes(measures: Measures) -> list[ReversedAxis]:
     signs. Where a range is the same both ways nothing shows, and nothing is wrong.
     """
     found = []
+    legs = {id(joint): chain for chain in measures.chains for joint in chain}
     for joints in like_joints(measures):
-        known = [(joint, turned) for joint in joints if (turned := _downwards(measures, joint))]
-        if len(known) < FEWEST_LIKE or len(known) < len(joints):
+        if len(joints) < FEWEST_LIKE:
+            continue
+        ranges = [(joint, _downwards(measures, legs[id(joint)], joint)) for joint in joints]
+        known = [(joint, turned) for joint, turned in ranges if turned]
+        if len(known) < len(joints):
             continue
         usual = tuple(float(x) for x in np.median([turned for _, turned in known], axis=0))
         odd = [(joint, x) for joint, x in known if not _alike(x, usual)]
@@ -154,15 +164,16 @@ def reversed_axes(measures: Measures) -> list[ReversedAxis]:
 
 
 def _alike(one: Sequence[float], other: Sequence[float]) -> bool:
-    """Return whether two ranges have more than half of the longer one in common."""
+    """Return whether two ranges have nearly all of the longer one in common."""
     common = min(one[1], other[1]) - max(one[0], other[0])
-    return common > 0.5 * max(one[1] - one[0], other[1] - other[0])
+    return common > COPIED * max(one[1] - one[0], other[1] - other[0])
 
 
-def _downwards(measures: Measures, joint: Joint) -> tuple[float, float] | None:
+def _downwards(
+    measures: Measures, leg: Sequence[Joint], joint: Joint
+) -> tuple[float, float] | None:
     """Return the range of a joint that lifts its leg, downwards > 0 [rad]; None of others."""
     lower, upper = joint.limit("lower"), joint.limit("upper")
-    leg = next((chain for chain in measures.chains if joint in chain), ())
     places = [measures.places[x.child] for x in leg if x.child in measures.places]
     if joint.kind != "revolute" or len(places) < 2 or not lower < upper:
         return None
@@ -258,14 +269,15 @@ def _odd(joints: list[Joint], kind: str, values: list[float]) -> list[Unlike]:
     return [Unlike(joints[k], kind, values[k], median(others))]
 
 
-def _length(measures: Measures, joint: Joint) -> float:
-    """Return the distance of a joint from the moved joint above it [m]; 0 of the first of a leg."""
+def _lengths(measures: Measures) -> dict[int, float]:
+    """Return the distances of joints from the moved joints above [m], by `id`; 0 of the first."""
+    found, places = {}, measures.places
     for chain in measures.chains:
-        for above, below in zip(chain, chain[1:], strict=False):
-            if below is joint and {above.child, below.child} <= set(measures.places):
-                a, b = (measures.places[x.child][1] for x in (above, below))
-                return math.dist(a, b)
-    return 0.0
+        for above, below in zip((None, *chain), chain, strict=False):
+            known = above is not None and above.child in places and below.child in places
+            ends = (places[x.child][1] for x in (above, below)) if known and above else ()
+            found[id(below)] = math.dist(*ends) if known else 0.0
+    return found
 
 
 def _mass(measures: Measures, joint: Joint) -> float:
