@@ -159,8 +159,8 @@ def test_a_block_comes_back_over_the_edge_of_a_patch(method: str) -> None:
 def test_feet_that_stand_on_the_edges_of_patches() -> None:
     """Middle feet on an edge, which soft ground on either side drives to the other.
 
-    Two methods agree, a cut run has the bits of a whole one, and switches do not pile up: there
-    were thousands before a foot's way back had a width.
+    Two methods agree, a cut run has the bits of a whole one, and switches do not pile up: without
+    a width of an edge there are thousands.
     """
     rng, size = np.random.default_rng(5), 0.2
     corners = [(x, y) for x in (-0.4, -0.2, 0.0, 0.2) for y in (-0.4, -0.2, 0.0, 0.2)]

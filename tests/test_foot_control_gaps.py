@@ -48,7 +48,7 @@ def test_commands_and_readings_are_those_of_the_motors() -> None:
     wide = known_joints(loose.robot)
     np.testing.assert_array_equal(CONTROL.posture(loose)[wide], CONTROL.posture(tight))
     rng, here = np.random.default_rng(3), CONTROL.posture(tight)
-    told, states = [], [CONTROL.start(tight, 2), CONTROL.start(loose, 2)]
+    commands, states = [], [CONTROL.start(tight, 2), CONTROL.start(loose, 2)]
     readings = {
         "q": here + 0.01 * rng.normal(size=(2, 18)), "v": 0.1 * rng.normal(size=(2, 18)),
         "torque": rng.normal(size=(2, 18)), "rotation": np.tile(np.eye(3), (2, 1, 1)),
@@ -63,9 +63,9 @@ def test_commands_and_readings_are_those_of_the_motors() -> None:
                 given[name] = rng.normal(size=(2, 36))
                 given[name][:, wide] = readings[name]
         command, _ = CONTROL.update(0.4, hp.control.Measurement(0.4, **given), state)
-        told.append(command)
-    np.testing.assert_array_equal(told[1].q[:, wide], told[0].q)
-    assert not np.delete(told[1].q, wide, axis=1).any()
+        commands.append(command)
+    np.testing.assert_array_equal(commands[1].q[:, wide], commands[0].q)
+    assert not np.delete(commands[1].q, wide, axis=1).any()
     given["q"] = given["q"].copy()
     given["q"][1, wide[4]] = np.nan
     with refused(SensorError, about=(tight.robot.joint_names[4],)):

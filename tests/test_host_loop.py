@@ -37,6 +37,7 @@ class Chase:
     sensors: Sensors = Sensors(delay=AGE)
     far: float = 0.0  # rad, added to what it asks for
     torque: float | None = None
+    odd: Any = None  # the rates that it commands
 
     def start(self, scene: Any, batch: int) -> dict[str, int]:
         assert max(scene.servos.gains(scene.robot)[0]) == pytest.approx(STALL * 4.0)
@@ -47,7 +48,9 @@ class Chase:
         q, v = np.zeros((2, *m.q.shape))
         q[:, -1], v[:, -1] = asked + self.far, rate
         torque = None if self.torque is None else np.full(q.shape, self.torque)
-        command = Command(q, v if self.rate else None, torque, ramp=self.ramp)
+        rates = v if self.rate else None
+        ramp = self.ramp or (self.rate and state["ticks"] % 2 == 1)
+        command = Command(q, rates if self.odd is None else self.odd, torque, ramp=ramp)
         return command, {"ticks": state["ticks"] + 1}
 
 
@@ -74,22 +77,25 @@ def exact_chase(firmware: hp.drive.Firmware, chase: Chase, until: float, goals: 
         inside = min(at, ends)
         return float(way(inside)), float(way(inside, 1))
 
-    ticks = 0
+    ticks, stepped = 0, None  # rad/s: that of a step, with which a ramp begins
     for k in range(round(until / h) + 1):
         if k % round(0.01 / h) == 0:
             found.append(x[0])
         read.append(x[0])
         if k % round(chase.period / h) == 0:
             to, rate = aim(read[max(0, k - round(AGE / h))], ticks)
-            coming.append((k * h + chase.delay, to, rate))
+            coming.append((k * h + chase.delay, to, rate, ticks))
             ticks += 1
         if coming and coming[0][0] <= k * h:
-            begin, to, rate = coming.pop(0)
+            begin, to, rate, number = coming.pop(0)
             start, leaves = asked(begin)
             ends = begin + chase.period
-            if goals or not chase.ramp:
+            moves = chase.ramp or (chase.rate and number % 2 == 1)
+            if goals or not moves:
                 way = CubicHermiteSpline([begin, ends], [to, to], [0.0, 0.0])
+                stepped = rate if chase.rate else 0.0
             else:
+                leaves, stepped = (leaves if stepped is None else stepped), None
                 arrives = rate if chase.rate else (to - start) / chase.period
                 way = CubicHermiteSpline([begin, ends], [start, to], [leaves, arrives])
         e = round(asked(k * h)[0] / count) - round(x[0] / count)
@@ -106,8 +112,14 @@ def exact_chase(firmware: hp.drive.Firmware, chase: Chase, until: float, goals: 
 
 @pytest.mark.parametrize(
     ("chase", "goals"),
-    [(Chase(), False), (Chase(rate=True), False), (Chase(ramp=False), False), (Chase(), True)],
-    ids=["mean rates", "given rates", "steps", "ends of ramps"],
+    [
+        (Chase(), False),
+        (Chase(rate=True), False),
+        (Chase(ramp=False), False),
+        (Chase(), True),
+        (Chase(ramp=False, rate=True), False),
+    ],
+    ids=["mean rates", "given rates", "steps", "ends of ramps", "steps and ramps in turn"],
 )
 def test_a_host_against_one_written_anew(chase: Chase, goals: bool) -> None:
     """Late readings, late commands and ramps pass through the loop, between exact solutions.
@@ -180,6 +192,10 @@ def test_refusals_of_a_host() -> None:
         go(Chase(), command_period=0.01)
     with refused(ParameterError, "Chase.update.torque", 0.5):
         go(Chase(torque=0.5))
+    with refused(ParameterError, "Chase.update.v", (3,)):
+        go(Chase(odd=np.zeros(3)))
+    with refused(ParameterError, "Chase.update.v"):
+        go(Chase(odd=np.full((1, 3), np.nan)))
     with refused(ParameterError, f"Chase.update.q[{JOINT}]"):
         go(Chase(far=1e3))
     with refused(ParameterError, "FirmwareControl.walk"):

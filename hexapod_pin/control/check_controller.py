@@ -158,6 +158,40 @@ def checked_posture(controller: Any, posture: Any, robot: Robot) -> Array:
     return angles
 
 
+UNITS = {"q": "rad", "v": "rad/s", "torque": "N m"}
+"""Units of the fields of a command."""
+
+
+def checked_rows(
+    call: str, name: str, given: Any, shape: tuple[int, int], time: float | None
+) -> Array:
+    """Return a field of a command as numbers, a row for each run.
+
+    Args:
+        call: what has given it, for messages.
+        name: of the field.
+        given: what it is.
+        shape: what it must have: runs, joints of the robot.
+        time: of the command [s], for messages.
+
+    Raises:
+        ParameterError: it holds no real numbers, or has another shape.
+    """
+    try:
+        found = np.asarray(given)
+    except (TypeError, ValueError, OverflowError):  # rows of several lengths
+        found = np.asarray(None)
+    if found.dtype.kind not in "biuf":
+        allowed = f"real numbers [{UNITS[name]}], all rows of one length"
+        value = f"an array of {found.dtype}" if isinstance(given, np.ndarray) else given
+        raise ParameterError(f"{call}.{name}", value, allowed + at_time(time))
+    rows = np.ascontiguousarray(found, dtype=float)
+    if rows.shape != shape:
+        allowed = f"of shape {shape}{at_time(time)}: runs, joints of the robot"
+        raise ParameterError(f"{call}.{name}", rows.shape, allowed)
+    return rows
+
+
 def at_time(time: float | None) -> str:
     """Return the time [s] of a call for the end of a message; empty where it has none."""
     return "" if time is None else f" at t = {time:g} s"

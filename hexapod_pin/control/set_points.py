@@ -8,7 +8,12 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.control.check_controller import at_time, checked_answer, method_name
+from hexapod_pin.control.check_controller import (
+    at_time,
+    checked_answer,
+    checked_rows,
+    method_name,
+)
 from hexapod_pin.control.feedback import Command, Measurement
 from hexapod_pin.control.joint_trajectory import CURVED, planned_motion, trajectory_curve
 from hexapod_pin.control.sensors import Sensors
@@ -28,7 +33,7 @@ Memory = dict[str, Any]
 
 
 class SetPoints(Protocol):
-    """What a firmware is told to do, pass by pass. What changes stands in a memory of arrays."""
+    """The angles that a firmware follows, pass by pass. What changes is in a memory of arrays."""
 
     def first(self, batch: int) -> Memory:
         """Return the memory before the first pass of `batch` runs."""
@@ -109,7 +114,7 @@ class HostLoop:
         rest = np.broadcast_to(first_angles(self._controller, self._scene), (batch, self._joints))
         still = {"begin": 0.0, "end": 0.0, "from": rest.copy(), "leaves": np.zeros(rest.shape),
                  "to": rest.copy(), "arrives": np.zeros(rest.shape)}  # fmt: skip
-        return {"state": state, "readings": [], "way": still, "coming": [], "begun": False}
+        return {"state": state, "readings": [], "segment": still, "coming": [], "begun": False}
 
     @property
     def _joints(self) -> int:
@@ -133,8 +138,8 @@ class HostLoop:
         if count % self._passes == 0:
             self._tick(time, count // self._passes, memory)
         while memory["coming"] and memory["coming"][0]["begin"] <= time + ROUNDING * self._period:
-            memory["way"] = self._begun(memory["way"], memory["coming"].pop(0))
-        return _along(memory["way"], time)[0], memory
+            memory["segment"] = self._begun(memory["segment"], memory["coming"].pop(0))
+        return _along(memory["segment"], time)[0], memory
 
     def _tick(self, time: float, tick: int, memory: Memory) -> None:
         """Ask the controller for a command, which then is one of those to come."""
@@ -143,22 +148,27 @@ class HostLoop:
         with UserCode(self._call, time):
             answer = self._controller.update(time, reader.read(tick, measured), memory["state"])
         command, memory["state"] = checked_answer(self._call, time, answer)
-        memory["coming"].append(self._coming(command, time))
+        memory["coming"].append(self._coming(command, time, len(measured.q)))
 
-    def _coming(self, command: Command, time: float) -> Memory:
+    def _coming(self, command: Command, time: float, batch: int) -> Memory:
         """Return a checked command of a tick [s], when it begins and ends.
 
         Raises:
             ParameterError: it is of torques, of another shape, not finite or beyond the ranges.
         """
-        if command.torque is not None and np.any(command.torque):
-            worst = float(np.abs(command.torque).max())
+        shape, begin = (batch, self._joints), time + self._delay
+        rate, torque = (
+            None if given is None else checked_rows(self._call, name, given, shape, time)
+            for name, given in (("v", command.v), ("torque", command.torque))
+        )
+        if torque is not None and torque.any():
             hint = "The firmware of a position servo takes angles alone."
+            worst = float(np.abs(torque).max())
             raise ParameterError(f"{self._call}.torque", worst, f"None{at_time(time)}", hint)
-        q, begin = np.array(command.q, dtype=float), time + self._delay
-        if q.ndim != 2 or q.shape[1] != self._joints:
-            allowed = f"of shape (B, {self._joints}){at_time(time)}: runs, joints of the robot"
-            raise ParameterError(f"{self._call}.q", q.shape, allowed)
+        if rate is not None and not np.isfinite(rate).all():
+            odd = float(rate[~np.isfinite(rate)][0])
+            raise ParameterError(f"{self._call}.v", odd, f"finite [rad/s]{at_time(time)}")
+        q = checked_rows(self._call, "q", command.q, shape, time)
         robot = self._robot
         good = (q >= robot.lower - ROUNDING) & (q <= robot.upper + ROUNDING)  # false for NaN
         if not good.all():
@@ -166,16 +176,15 @@ class HostLoop:
             where = f"{self._call}.q[{robot.joint_names[joint]}]"
             span = f"{robot.lower[joint]:.4g} to {robot.upper[joint]:.4g} rad"
             raise ParameterError(where, float(q[row, joint]), f"from {span}{at_time(time)}")
-        rate = None if command.v is None else np.array(command.v, dtype=float)
         end = begin + self._step if command.ramp and not self._goals else begin
         return {"begin": begin, "end": end, "to": q, "arrives": rate}
 
-    def _begun(self, way: Memory, command: Memory) -> Memory:
-        """Return the way of the set-points from a command on."""
-        start, leaves = _along(way, command["begin"])
+    def _begun(self, segment: Memory, command: Memory) -> Memory:
+        """Return the segment of the set-points that a command begins."""
+        start, leaves = _along(segment, command["begin"])
         rate = command["arrives"]
         if command["end"] == command["begin"]:
-            rate = np.zeros(start.shape)
+            rate = np.zeros(start.shape) if rate is None or self._goals else rate
         elif rate is None:
             rate = (command["to"] - start) / self._step
         return {**command, "from": start, "leaves": leaves, "arrives": rate}
@@ -194,16 +203,16 @@ def _multiple(name: str, value: float, period: float, least: int) -> int:
     return count
 
 
-def _along(way: Memory, time: float) -> tuple[Array, Array]:
+def _along(segment: Memory, time: float) -> tuple[Array, Array]:
     """Return angles and rates (B, n) of a cubic at a time; behind its end they rest there."""
-    span = way["end"] - way["begin"]
-    s = 1.0 if span <= 0.0 else min(max((time - way["begin"]) / span, 0.0), 1.0)
-    start, end = way["from"], way["to"]
-    leaves, arrives = span * way["leaves"], span * way["arrives"]
+    span = segment["end"] - segment["begin"]
+    s = 1.0 if span <= 0.0 else min(max((time - segment["begin"]) / span, 0.0), 1.0)
+    start, end = segment["from"], segment["to"]
+    leaves, arrives = span * segment["leaves"], span * segment["arrives"]
     rest = end - start
     second, third = 3.0 * rest - 2.0 * leaves - arrives, leaves + arrives - 2.0 * rest
     if s >= 1.0:
-        return end, way["arrives"]
+        return end, segment["arrives"]
     angles = start + s * (leaves + s * (second + s * third))
     return angles, (leaves + s * (2.0 * second + 3.0 * s * third)) / span
 

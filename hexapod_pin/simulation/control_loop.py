@@ -14,7 +14,13 @@ from typing import Any
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.control.check_controller import at_time, checked_answer, method_name
+from hexapod_pin.control.check_controller import (
+    UNITS,
+    at_time,
+    checked_answer,
+    checked_rows,
+    method_name,
+)
 from hexapod_pin.control.feedback import Command, FeedbackController, Measurement
 from hexapod_pin.control.sensors import Sensors
 from hexapod_pin.errors import ParameterError
@@ -207,7 +213,6 @@ ROUNDING = 1e-9
 """How far a set-point may be beyond its range for rounding [rad, rad/s]."""
 
 NO_ROWS = np.zeros((0, 0))
-UNITS = {"q": "rad", "v": "rad/s", "torque": "N m"}
 
 
 class LockStep:
@@ -318,18 +323,7 @@ class LockStep:
         """Return the checked set-points of the runs that continue."""
         from hexapod_pin import native as _native
 
-        try:
-            found = np.asarray(given)
-        except (TypeError, ValueError, OverflowError):  # rows of several lengths
-            found = np.asarray(None)
-        if found.dtype.kind not in "biuf":
-            allowed = f"real numbers [{UNITS[name]}], all rows of one length"
-            value = f"an array of {found.dtype}" if isinstance(given, np.ndarray) else given
-            raise ParameterError(f"{by[0]}.{name}", value, allowed + at_time(by[1]))
-        rows = np.ascontiguousarray(found, dtype=float)
-        if rows.shape != self._shape:
-            allowed = f"of shape {self._shape}{at_time(by[1])}: runs, joints of the robot"
-            raise ParameterError(f"{by[0]}.{name}", rows.shape, allowed)
+        rows = checked_rows(by[0], name, given, self._shape, by[1])
         if len(self._going) < len(self.runs):
             rows = rows[self._going]
         bad = _native.first_outside(rows, *self._limits[name])
