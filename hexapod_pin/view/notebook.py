@@ -34,6 +34,7 @@ STYLE = (
     ".hexapod-pin dl { display: grid; grid-template-columns: max-content 1fr; gap: 2px 12px; } "
     ".hexapod-pin dd { margin: 0; } .hexapod-pin th, .hexapod-pin td { padding: 2px 8px; "
     "text-align: right; } .hexapod-pin .wide { text-align: left; } "
+    ".hexapod-pin .scroll { overflow-x: auto; } "
     ".hexapod-pin .bad { color: #9c1f17; font-weight: bold; }"
 )
 """Of these elements alone: the rest of the notebook keeps its own."""
