@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from hexapod_pin.commands import app
+from hexapod_pin.commands.progress import progress_bar, time_left_bar
 from hexapod_pin.commands.terminal import announce, announce_command, settle
 
 HEAVY = {"typer", "pydantic", "numpy", "scipy", "pinocchio", "rich", "h5py"}
@@ -118,3 +119,29 @@ def test_every_command_says_what_it_reads_first(
     with pytest.raises(SystemExit):
         app.main([command, *ARGUMENTS[command]])
     assert terminal.getvalue().startswith(f"reading {ARGUMENTS[command][0]} ...\n")
+
+
+def test_long_work_prints_lines_where_no_terminal_is(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """After 10 s, then every minute; the time left follows from the part done since the start."""
+    now = [100.0]
+    monkeypatch.setattr("hexapod_pin.commands.progress.time.monotonic", lambda: now[0])
+    for bar in (progress_bar("motors", left=True), time_left_bar("sweep")):
+        with bar as show:
+            for second, fraction in (
+                (0.0, 0.2),
+                (8.0, 0.25),
+                (20.0, 0.3),
+                (70.0, 0.4),
+                (80.0, 0.6),
+            ):
+                now[0] = 100.0 + second
+                show(fraction)
+        now[0] = 100.0
+    with progress_bar("short work") as show:
+        now[0] = 1e3
+        show(0.5)
+    lines = ["30% done, about 2 min left", "60% done, about 80 s left"]
+    lines = [f"{title}: {line}" for title in ("motors", "sweep") for line in lines]
+    assert capsys.readouterr().err.splitlines() == lines

@@ -6,6 +6,7 @@ import errno
 import math
 import os
 import re
+import sys
 from dataclasses import replace
 from html.parser import HTMLParser
 
@@ -294,3 +295,15 @@ def test_an_unpaired_surrogate_is_an_escape(tmp_path):
     )  # fmt: skip
     path = write_selection_report(s, tmp_path / "motors.html")
     assert r"a \ud800 note" in path.read_text("utf-8")
+
+
+def test_the_ranking_is_printed_where_nothing_can_draw_a_report(run, monkeypatch):
+    """A plain install has no matplotlib: the command says so; a report by name is refused."""
+    chosen = selection(demands={}, confidence=None)
+    monkeypatch.setattr("hexapod_pin.study.selection.select_motors", lambda *_, **__: chosen)
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    done = run("select", "kharagpur", "--quick")
+    assert done.status == 0 and chosen.lines()[0] in done.out
+    assert "no report: matplotlib is not installed" in done.err and done.left == []
+    done = run("select", "kharagpur", "--quick", "--html", "motors.html")
+    assert done.status == 2 and "matplotlib" in done.err

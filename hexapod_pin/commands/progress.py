@@ -1,14 +1,18 @@
-"""A progress bar on stderr, where that is a terminal; elsewhere rich is not even loaded."""
+"""A progress bar on stderr, where that is a terminal; elsewhere rich is not even loaded.
+
+Elsewhere, as in a job or a file, long work prints a line now and then.
+"""
 
 from __future__ import annotations
 
 import os
 import sys
+import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
-from hexapod_pin.commands.terminal import settle
+from hexapod_pin.commands.terminal import echo, settle
 from hexapod_pin.foreign_text import visible
 from hexapod_pin.stop_signals import check_stop
 
@@ -28,6 +32,38 @@ class _Hidden:
 
     def reset(self, *_: Any, **__: Any) -> None:
         """Show nothing."""
+
+
+FIRST_LINE = 10.0
+"""When long work has its first line of progress where there is no terminal [s], and ..."""
+
+EVERY_LINE = 60.0
+"""... how long after a line the next comes, at least [s]."""
+
+
+class _Lines(_Hidden):
+    """Stands for the bar where stderr is no terminal, and prints what is done of long work."""
+
+    def __init__(self) -> None:
+        """Begin to count the time."""
+        self._next = time.monotonic() + FIRST_LINE
+        self._text, self._begin, self._first = "", 0.0, 0.0
+
+    def update(self, *_: Any, description: str = "", completed: float = 0.0) -> None:
+        """Print the finished fraction and the time left, where it is time for a line."""
+        now = time.monotonic()
+        if not self._begin or description != self._text or completed < self._first:
+            self._text, self._begin, self._first = description, now, completed
+        if now < self._next:
+            return
+        self._next = now + EVERY_LINE
+        left = ""
+        if completed > self._first:
+            seconds = (now - self._begin) * (1.0 - completed) / (completed - self._first)
+            left = f", about {seconds:.0f} s left" if seconds < 100.0 else (
+                f", about {seconds / 60.0:.0f} min left")  # fmt: skip
+        with suppress(OSError):  # as of a pipe that was closed
+            echo(f"{description}: {completed:.0%} done{left}", err=True)
 
 
 class ProgressBar:
@@ -69,7 +105,7 @@ class TimeLeftBar:
             self._task = self._bar.add_task(visible(self._title), total=1.0)
             self._first = fraction
         self._last = fraction
-        self._bar.update(self._task, completed=fraction)
+        self._bar.update(self._task, description=visible(self._title), completed=fraction)
         check_stop()
 
     @property
@@ -80,7 +116,7 @@ class TimeLeftBar:
 
 @contextmanager
 def time_left_bar(title: str) -> Iterator[TimeLeftBar]:
-    """Give a callable that shows a finished fraction and the time left, where stderr can."""
+    """Give a callable that shows a finished fraction and the time left; elsewhere, lines."""
     with _bar(left=True) as bar:
         yield TimeLeftBar(bar, title)
 
@@ -91,7 +127,8 @@ def progress_bar(title: str, *, left: bool = False) -> Iterator[ProgressBar]:
 
     Args:
         title: of what is done.
-        left: whether the time left is shown, too.
+        left: whether the work is long: the time left is shown, too, and elsewhere than at a
+            terminal a line now and then.
     """
     with _bar(left=left) as bar:
         yield ProgressBar(bar, title)
@@ -105,7 +142,7 @@ TERMINALS = ("FORCE_COLOR", "TTY_COMPATIBLE")
 def _bar(*, left: bool = False) -> Iterator[Progress | _Hidden]:
     """Give rich's bar, with the time `left` or without, where it can be shown."""
     if not (sys.stderr.isatty() or any(map(os.environ.get, TERMINALS))):
-        yield _Hidden()
+        yield _Lines() if left else _Hidden()
         return
     settle()
     from rich import progress as rich

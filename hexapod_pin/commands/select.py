@@ -5,6 +5,7 @@ from __future__ import annotations
 import json as json_text
 import os
 from collections.abc import Mapping
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -68,9 +69,13 @@ def select(
     repair: Annotated[
         bool, typer.Option("--repair", help="Repair the robot's file first.")
     ] = False,
-    html: Annotated[Path, typer.Option(help="Report to write: .html, which prints as A4.")] = Path(
-        "motors.html"
-    ),
+    html: Annotated[
+        OptionalPath,
+        typer.Option(
+            help="Report to write: .html, which prints as A4. Default: motors.html, where "
+            "matplotlib is installed."
+        ),
+    ] = None,
     no_html: Annotated[bool, typer.Option("--no-html", help="Write no report.")] = False,
     csv: Annotated[OptionalPath, typer.Option(help="Table to write, one row per joint type.")] = (
         None
@@ -87,11 +92,12 @@ def select(
 ) -> None:
     """Rank motors for a robot: each simulated with its mass, inertia and torque-speed line."""
     announce(f"reading {robot}")
-    from hexapod_pin.commands.output_files import PAGES, writable
+    from hexapod_pin.commands.output_files import writable
     from hexapod_pin.commands.terminal import NONE_PASSES, fail, interrupted_status
     from hexapod_pin.study.selection import select_motors
 
-    report = None if no_html else writable("--html", html, PAGES, drawn=True)
+    drawn = html is not None or find_spec("matplotlib") is not None
+    report = None if no_html or not drawn else report_path(html)
     table = None if csv is None else writable("--csv", csv, (".csv",))
     given = {
         "catalog": None if catalog is None else str(user_path(catalog).absolute()),
@@ -111,6 +117,8 @@ def select(
         found = error.result
     print_selection(found, json, full)
     write_files(found, report, table)
+    if not drawn and not no_html:
+        echo(NO_REPORT, err=True)
     if found.interrupted:
         fail("interrupted; what was done is listed above", interrupted_status())
     if not found.best.passes:
@@ -118,6 +126,16 @@ def select(
 
 
 # What `hexapod-pin select` reads and leaves: the text of its study, tables, files.
+
+
+NO_REPORT = "no report: matplotlib is not installed; pip install matplotlib brings motors.html"
+
+
+def report_path(html: Path | None) -> Path:
+    """Return where the report goes; raises as `writable`."""
+    from hexapod_pin.commands.output_files import PAGES, writable
+
+    return writable("--html", html or Path("motors.html"), PAGES, drawn=True)
 
 
 OPTIONS = {"buses": "--bus", "makers": "--maker", "dearest": "--price-below"}
