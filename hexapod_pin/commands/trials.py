@@ -47,12 +47,18 @@ def try_repaired(answer: WalkAnswer, repaired: Callable[[], Case]) -> RepairTria
     from hexapod_pin.commands.progress import progress_bar
     from hexapod_pin.errors import HexapodError
     from hexapod_pin.results.torque_budget import torque_budget
+    from hexapod_pin.results.walk_verdict import walk_verdict
     from hexapod_pin.simulation.case import run_case
 
     try:
         case = repaired()
         with progress_bar("walking with the file repaired") as progress:
-            after = torque_budget(run_case(case, progress))
+            trace = run_case(case, progress)
+        verdict = walk_verdict(trace)
+        if not verdict.walks:
+            why = ", ".join(filter(None, (verdict.cause, verdict.reason)))
+            return RepairTrial(f"tried with --repair: it does not walk: {why}", None)
+        after = torque_budget(trace)
     except HexapodError as error:
         return RepairTrial(f"with --repair it could not be walked: {error}", None)
     if answer.budget is None:

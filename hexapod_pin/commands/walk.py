@@ -273,7 +273,8 @@ def walk(
 
     def repaired() -> Case:
         mended = load_robot(robot, options=options.model_copy(update={"repair": True}))
-        return replace(case, scene=replace(scene, robot=mended))
+        own = Servo.for_robot(mended, kp=kp, kd=kd).model_copy(update={"motor": servo.motor})
+        return replace(case, scene=replace(scene, robot=mended, servo=own))
 
     def changed(name: str, value: float) -> Case:
         other = chosen.with_changes(**{name: value})
