@@ -180,23 +180,37 @@ def _report(
         written(lambda: found.save(json))
 
 
+MOST_SHOWN = 16
+"""Variants of the first scene in a playback, at most: each adds its samples to the page."""
+
+
 def _play(planned: Sequence[PlannedRun], path: Path, threads: int, written: WrittenFiles) -> None:
-    """Run the first variant of the first scene again, with samples, and write its playback."""
+    """Run the variants of the first scene again, with samples, and write their playback.
+
+    The first is played; the others of each controller make the bands of its plots.
+    """
     from hexapod_pin.results.trace import Trace
     from hexapod_pin.simulation.batch import simulate_batch
     from hexapod_pin.view.side_by_side import write_side_by_side
 
-    first = planned[0]
-    shown = [run for run in planned if (run.scene, run.number) == (first.scene, first.number)]
-    cases = [run.case for run in shown]
+    shown = [run for run in planned if run.scene == planned[0].scene and run.number < MOST_SHOWN]
     with progress_bar("playback") as progress:
-        results = simulate_batch(cases, threads=threads, progress=progress)
-    traces = {}
+        results = simulate_batch([run.case for run in shown], threads=threads, progress=progress)
+    traces: dict[str, Trace] = {}
+    spread: dict[str, list[Trace]] = {}
     for run, result in zip(shown, results, strict=True):
         trace = result.trace if isinstance(result, DivergenceError) else result
-        if isinstance(trace, Trace):
-            traces[run.controller] = trace
+        name = run.controller
+        if not isinstance(trace, Trace):
+            echo(f"no playback of {name}: {result}", err=True)
+        elif run.number == 0:
+            traces[name] = trace
+        elif name in traces and len(trace.time) == len(traces[name].time):
+            spread.setdefault(name, []).append(trace)
         else:
-            echo(f"no playback of {run.controller}: {result}", err=True)
+            echo(f"variant {run.number} of {name} is in no band: it ended early", err=True)
+    count = sum(run.scene == planned[0].scene for run in planned)
+    if count > len(shown):
+        echo(f"playback: {len(shown)} of {count} runs of {planned[0].scene}", err=True)
     if traces:
-        written(lambda: write_side_by_side(traces, path, command=typed_command()))
+        written(lambda: write_side_by_side(traces, path, spread=spread, command=typed_command()))

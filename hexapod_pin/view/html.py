@@ -18,6 +18,7 @@ from functools import cache
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.util import find_spec
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from hexapod_pin.arguments import checked
@@ -30,6 +31,7 @@ from hexapod_pin.results.trace import Trace
 from hexapod_pin.view.ground_shapes import require_in
 from hexapod_pin.view.mesh_store import MeshStore
 from hexapod_pin.view.run_data import run_data
+from hexapod_pin.view.run_spread import require_alike, spread_data
 from hexapod_pin.view.sample_block import SampleBlock, deflated
 from hexapod_pin.view.scene_graph import DrawnMeshes, meshed_robot, require_finite
 
@@ -54,6 +56,7 @@ def write_html(
     trace: Trace,
     path: str | Path,
     *,
+    spread: Sequence[Trace] = (),
     motor: MotorRecord | None = None,
     force_scale: float | None = None,
     command: str = "",
@@ -68,6 +71,9 @@ def write_html(
     Args:
         trace: what to show.
         path: the file; an old one is replaced, or left alone where anything fails.
+        spread: further runs of the case, such as of other seeds of its ground, friction or servo
+            gains; plots have a band from the least to the largest value of all runs at each
+            sample, and the page says what differs between them.
         motor: the motor to hold torques against, by its derated torque-speed line; None: that of
             the run, else the joints' torque limits.
         force_scale: length of a force arrow, 1e-9 to 1e3 [m/N]; None fits it to the robot's weight.
@@ -80,11 +86,12 @@ def write_html(
     Raises:
         ViewerError: the trace cannot be drawn (no readable URDF, a sample that is not finite), or
             meshcat's files are missing.
-        ParameterError: `force_scale` is out of range.
+        ParameterError: `force_scale` is out of range; a run of `spread` has other joints, feet or
+            times of samples than the trace.
         TraceFileError: the file cannot be written.
     """
     text = page_text(
-        {"": trace}, motor=motor, force_scale=force_scale, command=command,
+        {"": trace}, spread={"": spread}, motor=motor, force_scale=force_scale, command=command,
         package_path=package_path,
     )  # fmt: skip
     return write_atomically(path, encoded(text))
@@ -93,6 +100,7 @@ def write_html(
 def page_text(
     traces: Mapping[str, Trace],
     *,
+    spread: Mapping[str, Sequence[Trace]] = MappingProxyType({}),
     motor: MotorRecord | None = None,
     force_scale: float | None = None,
     command: str = "",
@@ -106,6 +114,7 @@ def page_text(
 
     Args:
         traces: what to show, by name; a name may be empty.
+        spread: further runs of a trace's case, by its name.
         motor: the motor to hold torques against.
         force_scale: length of a force arrow [m/N], of all runs.
         command: what made the run.
@@ -114,30 +123,39 @@ def page_text(
         package_path: folders that hold ROS packages.
 
     Raises:
-        ParameterError: no trace, or `force_scale` is out of range.
+        ParameterError: no trace, or `force_scale` is out of range; `spread` has a name that is no
+            trace's, or a run of another robot or with other times of samples.
     """
     settings = {"command": command, "speed": speed, "loop": loop}
-    return _built(traces, motor, force_scale, package_path, settings)[0]
+    return _built(traces, spread, motor, force_scale, package_path, settings)[0]
 
 
 def _built(
-    traces: Mapping[str, Trace], motor: MotorRecord | None, force_scale: float | None,
-    package_path: Sequence[str | Path], settings: Mapping[str, Any],
+    traces: Mapping[str, Trace], spread: Mapping[str, Sequence[Trace]], motor: MotorRecord | None,
+    force_scale: float | None, package_path: Sequence[str | Path], settings: Mapping[str, Any],
 ) -> tuple[str, list[str]]:  # fmt: skip
     """Return the page, and why meshes are not drawn."""
     if not traces:
         raise ParameterError("traces", traces, "at least one, by name")
+    for name in spread:
+        if name not in traces:
+            raise ParameterError("spread", name, f"of the names {list(traces)}, as of the traces")
     block, store = SampleBlock(), MeshStore()
     drawn, meshes, shapes = [], DrawnMeshes(block), {}
     for name, trace in traces.items():
         with _naming(name):
             require_finite(trace)
+            require_alike(trace, spread.get(name, ()), f"spread[{name!r}]" if name else "spread")
             shapes[name] = meshed_robot(trace, store, package_path)
     for name, trace in traces.items():
         with _naming(name):
             run = run_data(trace, shapes[name], block, meshes, name=name, record=motor,
                            force_scale=force_scale)  # fmt: skip
         drawn.append(run)
+    for (name, trace), run in zip(traces.items(), drawn, strict=True):  # behind what is played
+        if others := spread.get(name):
+            with _naming(name):
+                run["spread"] = spread_data(trace, others, shapes[name], run["tree"], block, motor)
     missing = list(dict.fromkeys(note for robot in shapes.values() for note in robot.notes))
     notes = [f"mesh not drawn: {note}" for note in missing]
     if missing:
@@ -228,6 +246,7 @@ def viewer_file(name: str) -> str:
 def view(
     trace: Trace,
     *,
+    spread: Sequence[Trace] = (),
     motor: MotorRecord | None = None,
     speed: float = 1.0,
     loop: bool = True,
@@ -241,6 +260,7 @@ def view(
 
     Args:
         trace: what to show.
+        spread: further runs of the case, for bands of plots.
         motor: the motor to hold torques against.
         speed: simulated time over wall-clock time at first, 1e-6 to 1e6.
         loop: whether to start again at the end.
@@ -252,13 +272,14 @@ def view(
 
     Raises:
         ViewerError: the server cannot start, or the trace cannot be drawn.
-        ParameterError: `speed`, `force_scale`, `duration` or `port` is out of range.
+        ParameterError: `speed`, `force_scale`, `duration` or `port` is out of range, or a run of
+            `spread` has other joints, feet or times of samples than the trace.
     """
     if duration is not None:
         require_in("duration", duration, (0.0, threading.TIMEOUT_MAX, "s"))
     with live_viewer(
-        trace, motor=motor, speed=speed, loop=loop, force_scale=force_scale, port=port,
-        package_path=package_path,
+        trace, spread=spread, motor=motor, speed=speed, loop=loop, force_scale=force_scale,
+        port=port, package_path=package_path,
     ) as viewer:  # fmt: skip
         for note in viewer.notes:
             print(visible(f"mesh not drawn: {note}"), flush=True)
@@ -343,6 +364,7 @@ class PageServer:
 def live_viewer(
     trace: Trace,
     *,
+    spread: Sequence[Trace] = (),
     motor: MotorRecord | None = None,
     speed: float = 1.0,
     loop: bool = True,
@@ -354,7 +376,7 @@ def live_viewer(
     require_in("port", port, (0, LAST_PORT, "(0 takes any free one)"))
     require_in("speed", speed, SPEEDS)
     settings = {"command": "", "speed": speed, "loop": loop}
-    text, missing = _built({"": trace}, motor, force_scale, package_path, settings)
+    text, missing = _built({"": trace}, {"": spread}, motor, force_scale, package_path, settings)
     with PageServer(encoded(text), port) as server:
         server.notes = tuple(missing)
         yield server

@@ -77,13 +77,11 @@ def run_data(
         record: the motor to hold torques against.
         force_scale: length of a force arrow [m/N]; None fits it to the robot's weight.
     """
-    sizes, limits = Sizes.of(trace, force_scale), limits_of(trace, record)
-    feet = feet_of(trace, shapes)
-    window, margin = _window(trace), margins_of(trace) if feet else None
+    sizes, feet = Sizes.of(trace, force_scale), feet_of(trace, shapes)
     tree = robot_tree(shapes, trace.joint_names, meshes)
-    slides = {body["joint"] for body in tree if body.get("slides") and body["joint"] >= 0}
-    worst = worst_instants(trace, limits, feet, window, margin, slides)
-    least = next((row["value"] for row in worst if row["key"] == "margin"), None)
+    ground = ground_data(trace, sizes, block)  # first: the first picture needs its heights
+    sampled = sampled_data(trace, feet, tree, block, record)
+    least = next((row["value"] for row in sampled["worst"] if row["key"] == "margin"), None)
     start = middle(trace, np.zeros(1, dtype=np.intp))[0] - trace.q[0, :2]
     return {
         "name": name or trace.run.robot.name,
@@ -92,13 +90,36 @@ def run_data(
         "kinds": list(kinds_of(trace)),
         "feet": feet,
         "tree": tree,
-        "ground": ground_data(trace, sizes, block),
+        "ground": ground,
         "loads": loads_of(trace, shapes),
         "events": [event.to_dict() for event in trace.events],
         "reach": sizes.reach, "eye": eye_level(trace), "aside": start.tolist(),
         "force_scale": sizes.force_scale,
         "up": (-np.array(trace.run.gravity) / (np.linalg.norm(trace.run.gravity) or 1.0)).tolist(),
         "travel": list(trace.run.walk.travel_direction),
+        **sampled,
+        "caption": below_ground(trace),
+        **header(trace, record, None if sampled["window"] is None else least),
+    }  # fmt: skip
+
+
+def sampled_data(
+    trace: Trace, feet: Sequence[Mapping[str, Any]], tree: Sequence[Mapping[str, Any]],
+    block: SampleBlock, record: MotorRecord | None,
+) -> dict[str, Any]:  # fmt: skip
+    """Return window, limits, places of the samples and worst instants of a run.
+
+    Args:
+        trace: of the run.
+        feet: of its robot, as `feet_of` gives them.
+        tree: of its robot, as `robot_tree` gives it.
+        block: takes the samples.
+        record: the motor to hold torques against.
+    """
+    slides = {body["joint"] for body in tree if body.get("slides") and body["joint"] >= 0}
+    limits, window = limits_of(trace, record), _window(trace)
+    margin = margins_of(trace) if feet else None
+    return {
         "window": window,
         "limits": {
             "name": limits.name,
@@ -108,10 +129,8 @@ def run_data(
             "per_torque": [float(x) if math.isfinite(x) else None for x in limits.per_torque],
         },
         "channels": channels(trace, feet, block, margin, current_of(trace, record)),
-        "worst": worst,
-        "caption": below_ground(trace),
-        **header(trace, record, None if window is None else least),
-    }  # fmt: skip
+        "worst": worst_instants(trace, limits, feet, window, margin, slides),
+    }
 
 
 LEAST_DEPTH = 5e-3

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.atomic_file import write_atomically
@@ -18,6 +19,7 @@ def write_side_by_side(
     traces: Mapping[str, Trace],
     path: str | Path,
     *,
+    spread: Mapping[str, Sequence[Trace]] = MappingProxyType({}),
     motor: MotorRecord | None = None,
     force_scale: float | None = None,
     command: str = "",
@@ -33,6 +35,7 @@ def write_side_by_side(
     Args:
         traces: what to show, by name.
         path: the file; an old one is replaced, or left alone where anything fails.
+        spread: further runs of a trace's case, by its name, for bands of its curves.
         motor: the motor to hold torques against; None: that of each run, else its limits.
         force_scale: length of a force arrow, 1e-9 to 1e3 [m/N], the same in all runs; None fits it
             to each robot's weight.
@@ -45,10 +48,12 @@ def write_side_by_side(
     Raises:
         ViewerError: a trace cannot be drawn (the message names the run), or meshcat's files are
             missing.
-        ParameterError: no trace, or `force_scale` is out of range.
+        ParameterError: no trace, or `force_scale` is out of range; `spread` has a name that is no
+            trace's, or a run with other joints, feet or times of samples than its trace.
         TraceFileError: the file cannot be written.
     """
     text = page_text(
-        traces, motor=motor, force_scale=force_scale, command=command, package_path=package_path
+        traces, spread=spread, motor=motor, force_scale=force_scale, command=command,
+        package_path=package_path,
     )  # fmt: skip
     return write_atomically(path, encoded(text))

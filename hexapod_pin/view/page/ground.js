@@ -46,7 +46,7 @@ if (abs(dot(vPlace.xy, uStrip.xy) - uStrip.z) > uStrip.w) discard;
   float ink = max(0.45 * fine, 0.9 * bold);
   if (uContour > 0.0) {
     vec3 across = normalize(cross(dFdx(vPlace), dFdy(vPlace)));
-    ink = max(ink, 0.6 * lineOf(vPlace.z, uContour) * step(abs(across.z), 0.9995));
+    ink = max(ink, 0.6 * lineOf(vPlace.z, uContour) * step(abs(across.z), 0.99999));
   }
   diffuseColor.rgb = mix(diffuseColor.rgb, uInk, uStrength * ink);
 }

@@ -55,6 +55,7 @@ function makeHeader() {
   }
   list.append(element("dt", {}, "made"), element("dd", {}, D.date));
   if (D.command) list.append(element("dt", {}, "command"), element("dd", {}, element("code", {}, D.command)));
+  for (const text of spreadTexts()) list.append(element("dt", {}, "bands"), element("dd", {}, text));
   const assumed = [...new Set(runs.flatMap((run) => run.data.assumed))];
   const more = element("div", {}, list);
   for (const [title, texts] of [[`${assumed.length} assumed`, assumed], ["drawing", D.notes]]) {
@@ -150,8 +151,13 @@ function makeTable() {
   const {box} = panel("Worst instants", true), table = element("table", {id: "worst"});
   const [from, until] = R.data.window ?? [start, END];
   box.querySelector("small").textContent = `of ${from.toFixed(2)} to ${until.toFixed(2)} s${worst.some((row) => row.during) ? "; of a push or a lost leg: from then on" : ""}; click a time`;
-  const shares = runs.length === 1 && worst.some((row) => row.use !== undefined);  // else changes have no room
-  if (runs.length > 1) {
+  const alone = runs.length === 1, shares = alone && worst.some((row) => row.use !== undefined);  // else changes have no room
+  const many = alone && R.spread.length > 0;
+  if (many) {
+    const head = ["", "", "", "", "this run", ...(shares ? ["of limit"] : []), `${R.spread.length + 1} runs, each its own`];
+    table.append(element("tr", {}, ...head.map((text) => element("th", {}, text))));
+  }
+  if (!alone) {
     table.append(element("tr", {}, ...["", "", "", "", R.data.name, ...(shares ? ["of limit"] : []),
       ...runs.slice(1).map((run) => run.data.name), ...runs.slice(1).map(() => "change")].map((text) => element("th", {}, text))));
   }
@@ -162,9 +168,20 @@ function makeTable() {
     const button = element("button", {title: `stand at ${row.what}${row.during ? `, of ${row.during.map((t) => t.toFixed(2)).join(" to ")} s` : ""}`}, `${row.time.toFixed(3)} s`);
     button.onclick = () => jump(k);
     table.append(element("tr", {}, ...[`${k + 1}`, button, row.what, leg, shownNumber(row.value, row.unit, runs.length > 1 ? 0 : row.error),
-      ...(shares ? [row.use === undefined ? "" : shownNumber(row.use, "1")] : []), ...same.map((other) => (other ? shownNumber(other.value, other.unit) : "")), ...change].map((cell) => element("td", {}, cell))));
+      ...(shares ? [row.use === undefined ? "" : shownNumber(row.use, "1")] : []), ...(many ? [spreadOf(row)] : []), ...same.map((other) => (other ? shownNumber(other.value, other.unit) : "")), ...change].map((cell) => element("td", {}, cell))));
   });
   box.append(element("div", {class: "scroll"}, table));
+}
+
+// The least and the largest of a number of the table, over the run and those of its spread: of its size,
+// where its sign is a direction.
+function spreadOf(row) {
+  const found = R.data.spread.runs.map((run) => run.worst.find((other) => other.key === row.key)?.value);
+  const size = /margin|height/.test(row.key) ? Number : Math.abs;
+  const values = [row.value, ...found].filter((value) => Number.isFinite(value)).map(size);
+  if (!values.length) return "";
+  const [low, high] = [Math.min(...values), Math.max(...values)].map((value) => shownNumber(value, row.unit).split(" ")[0]);
+  return `${low} \u2026 ${high}${values.length <= R.spread.length ? ` of ${values.length}` : ""}`;
 }
 
 // The change of a number: of its size, where its sign is a direction; none of a margin that is used up.
@@ -192,6 +209,10 @@ function valuesNow() {
   if (R.force) Object.assign(found, {press: R.press.map((row) => row[i]), shear: R.shear.map((row) => row[i]), down: R.down.map((row) => row[i] > 0)});
   if (R.grip) found.grip = R.grip.map((row) => row[i]);
   if (R.margin) found.margin = R.margin[i];
+  if (R.torque && R.spread.length) {
+    const band = bandOf(R, R.torque[j], (run) => run.torque?.[j]);
+    found.band = band && [band.low[i], band.high[i]];
+  }
   if (S.peak !== null) found.row = {value: worst[S.peak].value, shown: valueAt(worst[S.peak], i), kept: !!worst[S.peak].at};
   return found;
 }
@@ -240,7 +261,7 @@ function showCard() {
     if (line.style.display !== display) line.style.display = display;
   });
   if (S.peak === markedRow) return;
-  const rows = $("worst").rows, shift = runs.length > 1 ? 1 : 0;
+  const rows = $("worst").rows, shift = rows.length - worst.length;
   if (markedRow !== null) rows[markedRow + shift].classList.remove("here");
   if (S.peak !== null) rows[S.peak + shift].classList.add("here");
   markedRow = S.peak;

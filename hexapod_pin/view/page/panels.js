@@ -1,11 +1,17 @@
 // Which plots a page has: torques, forces, balance, trunk, slip, power, and torque over speed.
 
-const others = (get) => runs.slice(1).map((run, k) => ({run, name: run.data.name, y: get(run), color: legColor(k + 3),
+// A curve of a run: what `get` gives of it, with the band over the run and those of its spread.
+const curveOf = (run, get, more) => {
+  const y = get(run);
+  return {run, y, band: () => bandOf(run, y, get), ...more};
+};
+const curve = (name, get, more) => curveOf(R, get, {name, ...more});
+const others = (get) => runs.slice(1).map((run, k) => curveOf(run, get, {name: run.data.name, color: legColor(k + 3),
   dash: [2, 2], ghost: true})).filter((s) => s.y && s.y.length === s.run.total);
 const byLeg = (get, kind = S.kind) => R.legs.map((f, leg) => ({f, leg, foot: R.data.feet[f]})).map(({f, leg, foot}) => {
   const joint = foot.joints.find((j) => R.data.kinds[j] === kind);
-  return {name: foot.label, run: R, y: get(f, joint), color: legColor(leg), dash: legDash(leg),
-    on: leg === legOf(S.joint), pick: joint === undefined ? null : () => select(joint)};
+  return curve(foot.label, (run) => get(f, joint, run), {color: legColor(leg), dash: legDash(leg), leg,
+    on: leg === legOf(S.joint), pick: joint === undefined ? null : () => select(joint)});
 }).filter((s) => s.y);
 const sameJoint = (run) => run.data.joints.indexOf(R.data.joints[S.joint]);
 const sameFoot = (run) => {
@@ -22,17 +28,31 @@ function chooser(names, label, change) {
   return element;
 }
 
+// What the bands of the plots are of, in words: once of runs with as many others that differ in the same.
+function spreadTexts() {
+  const names = new Map();
+  for (const run of runs.filter((one) => one.spread.length)) {
+    const text = `bands go from the least to the largest value of ${run.spread.length + 1} runs at the same time, ` +
+      `the one played included; ${run.data.spread.differ}. Values: the run played (least \u2026 largest).`;
+    names.set(text, [...(names.get(text) ?? []), run.data.name]);
+  }
+  return [...names].map(([text, of]) => (runs.length > 1 ? `${of.join(", ")}: ${text}` : text));
+}
+
 function makePanels() {
+  for (const text of spreadTexts()) {
+    $("panels").append(element("p", {class: "spread"}, element("i", {"aria-hidden": "true"}), text));
+  }
   if (R.torque && R.limited) {
     const top = tabulated(R.total, () => 1);
-    const worstOf = rowsWhenRead(kinds.length, (k) => {
-      const row = new Float64Array(R.total);
-      for (const j of ofKind(kinds[k])) R.use[j].forEach((use, i) => { if (use > row[i]) row[i] = Math.min(9.99, use); });
+    const worstOf = readOnce((run) => rowsWhenRead(kinds.length, (k) => {
+      const row = new Float64Array(run.total);
+      for (const j of ofKind(kinds[k])) run.use[j].forEach((use, i) => { if (use > row[i]) row[i] = Math.min(9.99, use); });
       return row;
-    });
+    }));
     new Plot({title: "Use of limit, worst leg of each kind", unit: "1", floor: 0, height: 100,
       limit: () => ({y: top, name: R.data.limits.name}),
-      series: () => kinds.map((kind, k) => ({name: kind, run: R, y: worstOf[k], color: legColor([0, 4, 2][k % 3] + (k > 2)), on: kind === S.kind,
+      series: () => kinds.map((kind, k) => curve(kind, (run) => worstOf(run)[k], {color: legColor([0, 4, 2][k % 3] + (k > 2)), on: kind === S.kind,
         pick: () => select(ofKind(kind).reduce((a, j) => (R.use[j][now()] > R.use[a][now()] ? j : a)))}))});
   }
   if (R.torque && R.data.joints.length) makeTorque();
@@ -40,41 +60,41 @@ function makePanels() {
   if (R.margins) {
     const scaled = readOnce((run) => run.margin?.map((v) => 1e3 * v));
     new Plot({title: "Static stability margin", unit: "mm", digits: 1, height: 86, floor: 0,
-      series: () => [{name: "margin", run: R, y: scaled(R), color: legColor(0), on: true}, ...others(scaled)]});
+      series: () => [curve("margin", scaled, {color: legColor(0), on: true}), ...others(scaled)]});
   }
   makeTrunk();
   if (R.force) {
-    const millimetres = new Map();
+    const millimetres = readOnce((run) => slipOf(run).map((row) => row.map((v) => 1e3 * v)));
     new Plot({title: "Slip since touch-down", unit: "mm", digits: 2, height: 96, open: false, floor: 0, rows: true,
-      series: () => {
-        if (!millimetres.size) slipOf(R).forEach((row, f) => millimetres.set(f, row.map((v) => 1e3 * v)));
-        return byLeg((f) => millimetres.get(f));
-      }});
+      series: () => byLeg((f, _, run) => millimetres(run)[f])});
     if (R.slipSpeed) {
-      const shown = rowsWhenRead(R.slipSpeed.length, (f) => R.slipSpeed[f].map((v) => 1e3 * v));
-      new Plot({title: "Slip speed", unit: "mm/s", digits: 1, height: 96, open: false, floor: 0, rows: true, series: () => byLeg((f) => shown[f])});
+      const shown = readOnce((run) => run.slipSpeed && rowsWhenRead(run.slipSpeed.length, (f) => run.slipSpeed[f].map((v) => 1e3 * v)));
+      new Plot({title: "Slip speed", unit: "mm/s", digits: 1, height: 96, open: false, floor: 0, rows: true, series: () => byLeg((f, _, run) => shown(run)?.[f])});
     }
   }
   if (R.torque) {
     new Plot({title: "Power", unit: "W", height: 96, open: false, series: () => [
-      {name: "all joints", run: R, y: totalPower(R), color: legColor(0)},
-      {name: shortJoint(S.joint), run: R, y: R.power[S.joint], color: legColor(4), on: true}, ...others(totalPower)].filter((s) => s.y)});
+      curve("all joints", totalPower, {color: legColor(0)}),
+      curve(shortJoint(S.joint), (run) => run.power?.[S.joint], {color: legColor(4), on: true}), ...others(totalPower)].filter((s) => s.y)});
     const perTorque = R.data.limits.per_torque;
-    if (R.current) makeRecorded("Motor current", "A", R.current);
-    else if (R.motorCurrent) makeRecorded("Motor current, its gear's losses included", "A", R.motorCurrent);
+    if (R.current) makeRecorded("Motor current", "A", (run) => run.current);
+    else if (R.motorCurrent) makeRecorded("Motor current, its gear's losses included", "A", (run) => run.motorCurrent);
     else if (perTorque.some((ratio) => ratio !== null)) {
-      const current = rowsWhenRead(R.torque.length, (j) => R.torque[j].map((v) => (perTorque[j] ?? NaN) * Math.abs(v)));
+      const current = readOnce((run) => run.torque && rowsWhenRead(run.torque.length, (j) => {
+        const ratio = run.data.limits.per_torque[j] ?? NaN;
+        return run.torque[j].map((v) => ratio * Math.abs(v));
+      }));
       new Plot({title: "Motor current, of its torque", unit: "A", height: 96, open: false, floor: 0, rows: true,
-        series: () => byLeg((f, j) => current[j])});
+        series: () => byLeg((f, j, run) => current(run)?.[j])});
     }
-    if (R.temperature) makeRecorded("Winding temperature", "deg C", R.temperature);
+    if (R.temperature) makeRecorded("Winding temperature", "deg C", (run) => run.temperature);
     new Cloud();
   }
 }
 
 // What a run recorded of every joint.
-function makeRecorded(title, unit, rows) {
-  new Plot({title, unit, height: 96, open: false, rows: true, series: () => byLeg((f, j) => (j === undefined ? null : rows[j]))});
+function makeRecorded(title, unit, rowsOf) {
+  new Plot({title, unit, height: 96, open: false, rows: true, series: () => byLeg((f, j, run) => (j === undefined ? null : rowsOf(run)?.[j]))});
 }
 
 function makeTorque() {
@@ -87,9 +107,9 @@ function makeTorque() {
       : {y: R.limit[S.joint], name: `${R.data.limits.slope[S.joint] ? "line at this speed" : "limit"}, ${legName(S.joint)}`}),
     series: () => {
       pick.value = S.kind;
-      const legged = byLeg((_, j) => (j === undefined ? null : R.torque[j]));
-      const found = legged.length ? legged : ofKind(S.kind).map((j, k) => ({name: shortJoint(j), run: R, y: R.torque[j],
-        color: legColor(k), dash: legDash(k), on: j === S.joint, pick: () => select(j)}));
+      const legged = byLeg((_, j, run) => (j === undefined ? null : run.torque?.[j]));
+      const found = legged.length ? legged : ofKind(S.kind).map((j, k) => curve(shortJoint(j), (run) => run.torque?.[j], {
+        color: legColor(k), dash: legDash(k), leg: k, on: j === S.joint, pick: () => select(j)}));
       return [...found, ...others((run) => run.torque?.[sameJoint(run)])];
     }});
   plot.summary.append(pick);
@@ -108,18 +128,18 @@ function makeForces() {
     series: () => {
       plot.digits = shown[name].digits;
       const {rows} = shown[name];
-      return [...byLeg((f) => R[rows][f]), ...others((run) => run[rows]?.[sameFoot(run)])];
+      return [...byLeg((f, _, run) => run[rows]?.[f]), ...others((run) => run[rows]?.[sameFoot(run)])];
     }});
   plot.summary.append(chooser(Object.keys(shown), "which force", (value) => { name = value; }));
 }
 
 function makeTrunk() {
   new Plot({title: "Trunk roll and pitch", unit: "deg", digits: 2, height: 86, open: false, series: () => [
-    {name: "roll", run: R, y: R.roll, color: legColor(0)}, {name: "pitch", run: R, y: R.pitch, color: legColor(4), dash: [6, 3]},
+    curve("roll", (run) => run.roll, {color: legColor(0)}), curve("pitch", (run) => run.pitch, {color: legColor(4), dash: [6, 3]}),
     ...others((run) => run.pitch).map((s) => ({...s, name: `${s.name} pitch`}))]});
   const heights = readOnce((run) => run.place[2].map((v) => 1e3 * v));
   new Plot({title: "Trunk height", unit: "mm", digits: 1, height: 80, open: false, series: () => [
-    {name: "height", run: R, y: heights(R), color: legColor(0), on: true}, ...others(heights)]});
+    curve("height", heights, {color: legColor(0), on: true}), ...others(heights)]});
 }
 
 // Torque over speed of the selected joint, all samples, under the line it is held against.

@@ -67,7 +67,7 @@ function panel(title, open = true) {
 
 const LEFT = 44, RIGHT = 4, BELOW = 15;
 
-// Options: title, unit, digits, height, open; `series()` returns {name, y, run, color, dash, on, pick};
+// Options: title, unit, digits, height, open; `series()` returns {name, y, run, color, dash, on, pick, band, leg};
 // `limit()` returns {y, name}; `floor` is shown always; `rows`: whether a row for each curve can be shown.
 class Plot {
   constructor(options) {
@@ -102,11 +102,13 @@ class Plot {
 
   range(all, limit) {
     let low = this.floor ?? Infinity, high = -Infinity;
-    for (const {y, run} of all) {
+    for (const {y, run, shown} of all) {
       const shift = run.t0 - start, last = sampleAt(run, S.to + shift);
-      for (let i = sampleAt(run, S.from + shift); i <= last; i++) {
-        if (y[i] < low) low = y[i];
-        if (y[i] > high) high = y[i];
+      for (const row of shown ? [y, shown.low, shown.high] : [y]) {
+        for (let i = sampleAt(run, S.from + shift); i <= last; i++) {
+          if (row[i] < low) low = row[i];
+          if (row[i] > high) high = row[i];
+        }
       }
     }
     if (!Number.isFinite(low) || !Number.isFinite(high)) [low, high] = [Number.isFinite(low) ? low : 0, 1];
@@ -120,11 +122,17 @@ class Plot {
     return [low, high + 0.08 * span];
   }
 
+  // Curves, with the bands that are drawn: of legs in one picture that of the selected one alone.
+  curves() {
+    const all = this.series(), chosen = all.some((s) => s.on);
+    return all.map((s) => ({...s, shown: this.inRows || s.leg === undefined || s.on || !chosen ? s.band?.() : null}));
+  }
+
   draw() {
     this.stale = false;
     if (!this.box.open || !this.canvas.clientWidth) { this.stale = !this.box.open ? false : true; return; }
     this.width = this.canvas.clientWidth;
-    const all = this.series(), height = this.inRows ? Math.max(this.height, 30 * all.length + BELOW) : this.height;
+    const all = this.curves(), height = this.inRows ? Math.max(this.height, 30 * all.length + BELOW) : this.height;
     this.drawn = height;
     const q = sized(this.canvas, this.still, this.width, height), h = height - BELOW;
     const limit = this.limit(), [low, high] = this.range(all, limit);
@@ -138,6 +146,11 @@ class Plot {
     q.rect(LEFT, 0, this.width - LEFT, h);
     q.clip();
     const order = all.map((s, k) => [s, k]).sort(([a], [b]) => !!a.on - !!b.on), some = all.some((s) => s.on);
+    for (const [s, k] of order) {
+      q.fillStyle = s.color;
+      q.globalAlpha = s.ghost ? 0.16 : 0.3;
+      if (s.shown) this.fillBand(q, s.shown, s.run, (v) => Y(v, k));
+    }
     for (const [s, k] of order) {
       q.strokeStyle = s.color;
       q.setLineDash(s.dash ?? []);
@@ -192,6 +205,27 @@ class Plot {
     if (dense) flush();
   }
 
+  // A band; of each pixel column its least and its largest value.
+  fillBand(q, {low, high}, run, Y) {
+    const shift = run.t0 - start, first = sampleBefore(run, S.from + shift), last = Math.min(run.N - 1, sampleBefore(run, S.to + shift) + 1);
+    const ratio = devicePixelRatio;
+    let columns = [];
+    const flush = () => {
+      q.beginPath();
+      for (const {x, top} of columns) q.lineTo(x, Y(top));
+      for (const {x, bottom} of columns.reverse()) q.lineTo(x, Y(bottom));
+      q.fill();
+      columns = [];
+    };
+    for (let i = first; i <= last; i++) {
+      if (!Number.isFinite(low[i]) || !Number.isFinite(high[i])) { flush(); continue; }
+      const x = Math.round(this.x(run.time[i] - shift) * ratio) / ratio, column = columns.at(-1);
+      if (column?.x !== x) columns.push({x, top: high[i], bottom: low[i]});
+      else { column.top = Math.max(column.top, high[i]); column.bottom = Math.min(column.bottom, low[i]); }
+    }
+    flush();
+  }
+
   // The limit where it is in sight; else its value at the edge.
   drawLimit(q, limit, low, high, Y, all) {
     const i = now(), value = limit.y[i];
@@ -231,7 +265,7 @@ class Plot {
       for (const [name, v] of Object.entries({width: 16, height: 6})) svg.setAttribute(name, v);
       for (const [name, v] of Object.entries({x1: 0, y1: 3, x2: 16, y2: 3, stroke: s.color, "stroke-width": 2, "stroke-dasharray": (s.dash ?? []).join()})) stroke.setAttribute(name, v);
       svg.append(stroke);
-      value.style.minWidth = `${characters}ch`;
+      value.style.minWidth = `${s.shown ? 3 * characters + 5 : characters}ch`;
       key.append(svg, `${s.name} `, value);
       if (s.on) key.className = "on";
       if (s.pick) key.onclick = s.pick;
@@ -248,8 +282,9 @@ class Plot {
       z.fillRect(Math.min(...this.drag), 0, Math.abs(this.drag[1] - this.drag[0]), h);
     }
     if (S.time >= S.from && S.time <= S.to) { z.fillStyle = ink.ink; z.fillRect(this.x(S.time) - 0.5, 0, 1.2, h); }
-    for (const {value, y, run} of this.values ?? []) {
-      const v = y[now(run)], text = Number.isFinite(v) ? v.toFixed(this.shownDigits) : "\u2013";
+    const written = (v) => (Number.isFinite(v) ? v.toFixed(this.shownDigits) : "\u2013");
+    for (const {value, y, run, shown} of this.values ?? []) {
+      const i = now(run), text = written(y[i]) + (shown ? ` (${written(shown.low[i])} \u2026 ${written(shown.high[i])})` : "");
       if (value.textContent !== text) value.textContent = text;
     }
   }

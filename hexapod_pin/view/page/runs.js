@@ -5,7 +5,7 @@ const SLIDES = 0.98;  // share of the largest friction force from which a foot c
 
 // Samples 0 to N - 1, and behind them the states kept of peaks between samples; what such a state has
 // not is that of the sample nearest to it.
-const runs = D.runs.map((data, number) => {
+function runOf(data, number) {
   const time = arrays[data.channels.time][0], N = time.length;
   const run = {data, number, N, time, t0: time[0], end: time[N - 1]};
   run.even = N > 1 ? (run.end - run.t0) / (N - 1) : 1;
@@ -46,9 +46,31 @@ const runs = D.runs.map((data, number) => {
     return few;
   };
   derive(run);
+  run.spread = (data.spread?.runs ?? []).map((one) => runOf({...data, ...one, worst: [], spread: null}, number));
   return run;
-});
+}
+const runs = D.runs.map(runOf);
 const R = runs[0];
+
+// The least and the largest of a row over a run and those of its spread, sample by sample, made when they
+// are first read; null where one of them has no such row. A state kept of a peak has those of the sample
+// nearest to it, and its own.
+const bands = new Map();
+function bandOf(run, row, get) {
+  if (!run.spread.length || !row) return null;
+  if (bands.has(row)) return bands.get(row);
+  const rows = run.spread.map(get), low = Float64Array.from(row), high = Float64Array.from(row);
+  const found = rows.every((one) => one?.length >= run.N) ? {low, high} : null;
+  for (const one of found ? rows : []) {
+    for (let i = 0; i < run.total; i++) {
+      const v = one[i < run.N ? i : run.near[i - run.N]];
+      low[i] = Math.min(low[i], v);
+      high[i] = Math.max(high[i], v);
+    }
+  }
+  bands.set(row, found);
+  return found;
+}
 
 // Values of a row, computed when they are first read: of each run once.
 function readOnce(make) {
