@@ -90,7 +90,8 @@ def compare(
         ),
     ] = None,
     html: Annotated[
-        OptionalPath, typer.Option(help="Playback of the first ground, side by side, to write.")
+        OptionalPath,
+        typer.Option(help="Playback to write: the first ground, the others as bands of plots."),
     ] = None,
     figure: Annotated[
         OptionalPath, typer.Option(help="Bar chart to write: .png, .svg or .pdf.")
