@@ -84,10 +84,13 @@ def test_feet_stand_on_the_drawn_surface(robot: hp.Robot) -> None:
 def test_joints_below_the_ground_are_stated(robot: hp.Robot) -> None:
     """Links pass through the ground in a run: the page has the deepest joint, and how deep."""
     trace = standing(robot, hp.Flat())
-    assert drawn(trace).runs[0]["caption"] == ""
+    stands = drawn(trace).runs[0]
+    assert (stands["caption"], stands["below"]) == ("", [])
     lowered = hp.Trace(**{**vars(trace), "q": trace.q - np.eye(trace.q.shape[1])[2] * 0.3})
-    sunk = drawn(lowered).runs[0]["caption"]
-    assert "191 mm below the ground" in sunk and "only feet touch the ground" in sunk
+    sunk = drawn(lowered).runs[0]
+    assert "191 mm below the ground" in sunk["caption"]
+    assert "only feet touch the ground" in sunk["caption"]
+    assert sunk["below"] == [[trace.time[0], trace.time[-1]]]
 
 
 def test_risers_are_drawn_vertical(robot: hp.Robot) -> None:

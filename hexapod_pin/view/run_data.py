@@ -98,7 +98,7 @@ def run_data(
         "up": (-np.array(trace.run.gravity) / (np.linalg.norm(trace.run.gravity) or 1.0)).tolist(),
         "travel": list(trace.run.walk.travel_direction),
         **sampled,
-        "caption": below_ground(trace),
+        **below_ground(trace),
         **header(trace, record, None if sampled["window"] is None else least),
     }  # fmt: skip
 
@@ -140,19 +140,20 @@ DEPTH_SAMPLES = 200
 """Samples at which joints are looked for below the ground, at most."""
 
 
-def below_ground(trace: Trace) -> str:
-    """Return that joints are below the ground, how deep and why; empty where none is.
+def below_ground(trace: Trace) -> dict[str, Any]:
+    """Return in words that joints are below the ground, how deep and why, and from when to when.
 
-    Only feet, and the trunk where a scene says so, touch the ground: the legs of a robot that has
-    fallen go through it in the run itself, not only in the picture.
+    `caption` is empty, and so is `below` [s], where none is. Only feet, and the trunk where a scene
+    says so, touch the ground: the legs of a robot that has fallen go through it in the run itself,
+    not only in the picture.
     """
     terrain = terrain_of(trace)
     try:
         model = RecordedRobot.of(trace).robot.model
     except HexapodError:
-        return ""
-    if terrain is None or model.njoints < 3:
-        return ""
+        model = None
+    if model is None or terrain is None or model.njoints < 3:
+        return {"caption": "", "below": []}
     import pinocchio as pin
 
     data, surface = model.createData(), terrain.surface()
@@ -165,13 +166,17 @@ def below_ground(trace: Trace) -> str:
     ground = surface.height_at(places[..., 0], places[..., 1])
     depth = ground + (0.0 if lift is None else lift[:, None]) - places[..., 2]
     worst = np.unravel_index(int(np.argmax(depth)), depth.shape)
-    if depth[worst] < LEAST_DEPTH:
-        return ""
+    sunk = np.concatenate([[0], (depth > LEAST_DEPTH).any(axis=1), [0]])
+    first, end = (np.flatnonzero(np.diff(sunk) == change) for change in (1, -1))
+    below = np.column_stack([trace.time[rows[first]], trace.time[rows[end - 1]]]).tolist()
+    if not below:
+        return {"caption": "", "below": []}
     name, time = model.names[int(worst[1]) + 2], trace.time[rows[worst[0]]]
-    return (
+    caption = (
         f"{name} is {1e3 * depth[worst]:.0f} mm below the ground at {time:.3g} s: in a run only "
         "feet touch the ground, links pass through it"
     )
+    return {"caption": caption, "below": below}
 
 
 def _window(trace: Trace) -> list[float] | None:

@@ -105,6 +105,8 @@ class Actor {
     }
     if (run.lift) this.ground.group.position.z = at(run.lift);
     this.ground.group.visible = !this.ghost;
+    const sunk = run.data.below.some(([from, until]) => run.time[i] >= from && run.time[i] <= until);
+    this.ground.surface.material.opacity = sunk ? 0.55 : 1;  // what is below it is seen
     this.ground.surface.material.userData.uContour.value = S.layers.contour ? this.ground.surface.userData.contour : 0;
   }
 

@@ -237,5 +237,7 @@ const ofKind = (kind, run = R) => run.data.kinds.map((_, j) => j).filter((j) => 
 const legOf = (j, run = R) => legsOf(run).findIndex((foot) => foot.joints.includes(j));
 const shortJoint = (j, run = R) => run.data.joints[j].replace(/_joint$/, "");
 const slides = (j) => R.data.tree.some((body) => body.joint === j && body.slides);
-const loadText = (load) => (load.kind === "payload" ? `payload ${+load.mass.toPrecision(4)} kg` : `push ${+Math.hypot(...load.force).toPrecision(3)} N`);
+const pushText = ({force, torque}) => [[force, "N"], [torque, "N m"]].filter(([v]) => Math.hypot(...v) > 0)
+  .map(([v, unit]) => `${+Math.hypot(...v).toPrecision(3)} ${unit}`).join(", ");
+const loadText = (load) => (load.kind === "payload" ? `payload ${+load.mass.toPrecision(4)} kg` : `push ${pushText(load)}`);
 const legName = (j, run = R) => legsOf(run)[legOf(j, run)]?.label ?? shortJoint(j, run);
