@@ -166,7 +166,10 @@ def test_what_a_push_and_a_lost_leg_did_stands_at_its_instant(page: Any, trace: 
             assert shown["time"] == row["time"] == trace.time[sample] and shown["sample"] == sample
             assert shown["row"]["shown"] == pytest.approx(value, abs=5.1e-4)  # half a resolution
         assert rows[f"{name} torque"][1]["joint"] == joint
-    assert rows["push torque"][1]["value"] == pytest.approx(hp.walk_verdict(trace).push.torque)
+    push = hp.walk_verdict(trace).push
+    assert rows["push torque"][1]["value"] == pytest.approx(push.torque)
+    facts = dict(page.evaluate("playback.data.runs[0].facts"))
+    assert facts["push"] == push.line
 
 
 def test_the_robot_stands_in_the_state_kept_of_a_peak(page: Any, trace: Trace) -> None:

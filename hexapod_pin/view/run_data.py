@@ -301,6 +301,8 @@ def header(trace: Trace, record: MotorRecord | None, margin: float | None) -> di
         facts["reason"] = answer.verdict.reason
     if answer is not None and answer.verdict.slip is not None:
         facts["slip"] = _slip(answer.verdict.slip)
+    if answer is not None and answer.verdict.push is not None:
+        facts["push"] = answer.verdict.push.line  # a motor that fails takes its place in the answer
     scene = run.scene
     if scene is not None:
         facts["ground"] = scene.terrain.kind

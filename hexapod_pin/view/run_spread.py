@@ -52,9 +52,9 @@ def require_alike(trace: Trace, spread: Sequence[Trace], name: str = "spread") -
                 raise ParameterError(f"{where}.{what}", found, allowed, hint)
         same = len(other.time) == len(trace.time)
         if not same or np.abs(other.time - trace.time).max(initial=0.0) > SAME_TIME:
-            found, wanted = (_times(one) for one in (other, trace))
             hint = "Run all cases for one duration with one time between samples."
-            raise ParameterError(f"{where}.time", found, f"{wanted}, as of the run played", hint)
+            allowed = f"{_times(trace)}, as of the run played"
+            raise ParameterError(f"{where}.time", _times(other), allowed, hint)
         try:
             require_finite(other)
         except ViewerError as error:
