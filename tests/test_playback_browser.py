@@ -147,6 +147,10 @@ def test_what_a_push_and_a_lost_leg_did_stands_at_its_instant(page: Any, trace: 
 
     The push of 8.0 to 8.2 s counts for a cycle more at least, thus to the end; the leg from 9.5 s.
     """
+    for time, label in ((9.4, "rf"), (9.6, "rf lost")):
+        page.evaluate("(t) => { playback.seek(t); playback.draw(); }", time)
+        names = page.locator("#labels span").all_text_contents()
+        assert label in names and sum(name.endswith("lost") for name in names) == (time > 9.5)
     rows = {row["key"]: (k, row) for k, row in enumerate(page.evaluate("playback.worst"))}
     margin = hp.stability(trace, whole=True).static_margin
     for name, start in (("push", 8.0), ("rf lost", 9.5)):

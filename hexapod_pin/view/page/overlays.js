@@ -283,6 +283,9 @@ class Overlays {
     this.names.forEach(({foot, element}, k) => {
       this.put(element, S.layers.names && !ghost, this.hips[k], [0, 0, 0]);
       element.classList.toggle("chosen", k === chosen && run === R);
+      const lost = run.data.loads.some((load) => load.kind === "lost" && run.time[i] >= load.start && [foot.label, foot.name].includes(load.leg));
+      const text = lost ? `${foot.label} lost` : foot.label;
+      if (element.textContent !== text) element.textContent = text;
     });
     this.loads.forEach(({load}, k) => {
       const acts = load.kind === "payload" || (run.time[i] >= load.start && run.time[i] <= load.end);
