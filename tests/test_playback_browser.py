@@ -246,7 +246,9 @@ def test_a_click_on_a_link_or_a_leg_selects_its_joint(page: Any, trace: Trace) -
 
 
 def test_a_drag_zooms_all_plots_and_a_double_click_shows_all(page: Any) -> None:
+    settled(page)
     canvas = page.locator(".panel canvas").first
+    canvas.scroll_into_view_if_needed()
     box = canvas.bounding_box()
     page.mouse.move(box["x"] + 150, box["y"] + 40)
     page.mouse.down()
