@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import json
 import re
+import sys
 from pathlib import Path
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from conftest import Run
 from test_gait import narrow_coxae
@@ -374,3 +377,20 @@ def test_json_stands_alone_on_stdout(run: Run) -> None:
     assert done.status == 0 and "c.toml" in done.err
     assert data["good"] and data["answer"][0].startswith("kharagpur walks")
     assert [Path(name).name for name in data["files"]] == ["walk.nc"]
+
+
+def test_a_centre_of_mass_is_outside_its_feet_where_that_lasts(monkeypatch):
+    """What is over within 20 ms, as between two feet, does not count; the least inside does."""
+    time, module = 0.002 * np.arange(501), sys.modules["hexapod_pin.results.walk_answer"]
+
+    def least(until: int) -> float | None:
+        margins = np.full(len(time), 0.05)
+        margins[100:until] = -0.4
+        margins[200] = 0.03
+        found = SimpleNamespace(static_margin=margins, time=time)
+        monkeypatch.setattr(module, "stability", lambda _: found)
+        return module._margin(None)
+
+    assert least(100) == 0.03
+    assert least(110) == 0.05  # ten samples of 2 ms
+    assert least(111) == -0.4

@@ -53,8 +53,8 @@ class WalkAnswer(Immutable):
         verdict: on the run as a walk.
         budget: what the joints need; None of a run without a whole cycle.
         too_short: what a run without a whole cycle lacks; else empty.
-        margin: least distance of the centre of mass from the edge of the support [m]; None where
-            it is not known.
+        margin: least distance of the centre of mass from the edge of the support [m], where it is
+            outside without what is over within `LASTING`; None where it is not known.
         motor: how the motor of the run fares; None of a run without one.
         lightest: the lightest motor that passes, by kind of joint, at `voltage`.
         voltage: of the battery [V].
@@ -248,13 +248,25 @@ def _motors(
 
 
 def _margin(trace: Trace) -> float | None:
-    """Return the least static margin of the steady part [m]; None where it is not known."""
+    """Return the least static margin of the steady part [m]; None where it is not known.
+
+    A negative one is what lasts: between two steps the feet that carry may be none for samples.
+    """
     try:
-        margins = stability(trace).static_margin
+        found = stability(trace)
     except HexapodError:
         return None
+    margins, time = found.static_margin, found.time
     least = float(np.min(margins, initial=math.inf))
+    if least < 0.0:
+        count = 1 + round(LASTING * (len(time) - 1) / (time[-1] - time[0])) if len(time) > 1 else 1
+        if len(margins) > count:
+            least = float(np.lib.stride_tricks.sliding_window_view(margins, count).max(1).min())
     return least if math.isfinite(least) else None
+
+
+LASTING = 0.02
+"""How long a centre of mass is outside its feet before it counts [s], *assumed*: it falls 2 mm."""
 
 
 # The answer as text.
