@@ -224,7 +224,16 @@ def _trajectory(source: Source, path: Path) -> list[str]:
 
     rate = RATE if source.rate is None else source.rate
     if source.kind == "trace":
-        write_joint_trajectory(source.trace, path, rate=rate, duration=source.duration)
+        try:
+            write_joint_trajectory(source.trace, path, rate=rate, duration=source.duration)
+        except ParameterError as error:
+            if "at rest" not in error.allowed:
+                raise
+            hint = (
+                "A walk goes on where its run ends. Export its plan from rest to rest: "
+                "hexapod-pin export ROBOT OUT --duration 10, or the case of walk --save-case."
+            )
+            raise ParameterError("WHAT", source.what, error.allowed, hint) from None
         return [f"wrote {path}: the set-points of the run at {rate:g} Hz"]
     scene, controller, duration = source.walk
     if not isinstance(controller, KinematicControl):

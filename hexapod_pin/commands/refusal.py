@@ -28,13 +28,22 @@ def refusal_text(error: UrdfError, command: str, options: set[str]) -> str:
     from hexapod_pin.text_table import folded
 
     lines = [line for text in folded_texts(error.findings, SHOWN) for line in folded(text, "  ")]
-    head = folded(f"{error.source} is refused: {_kinds(error.findings)}")
+    head = folded(f"{PROGRAM}{error.source} is refused: {_kinds(error.findings)}")
+    head[0] = head[0].removeprefix(PROGRAM)
     return "\n".join([*head, *lines, _next_command(error.source, command, options)])
 
 
+PROGRAM = "hexapod-pin: "
+"""What stands before a refusal in its first line."""
+
+
 @contextmanager
-def doubtful_file(robot: Robot) -> Iterator[None]:
+def doubtful_file(robot: Robot, option: str = "") -> Iterator[None]:
     """Put what is doubtful in a robot's file first, where its walk is refused: it may be why.
+
+    Args:
+        robot: that is to walk.
+        option: what is doubtful in an option, in a few words; goes before the file.
 
     Raises:
         GaitError: what was raised, behind the first doubt.
@@ -42,10 +51,11 @@ def doubtful_file(robot: Robot) -> Iterator[None]:
     try:
         yield
     except GaitError as error:
-        if not robot.doubts:
+        doubts = [option] if option else robot.doubts
+        if not doubts:
             raise
-        cure = "" if robot.options.get("repair") else " Try --repair."
-        text = f"{robot.name}: {robot.doubts[0]}. {error}{cure}"
+        cure = "" if option or robot.options.get("repair") else " Try --repair."
+        text = f"{robot.name}: {doubts[0]}. {error}{cure}"
         raise GaitError(text, error.quantity, error.limit) from error
 
 

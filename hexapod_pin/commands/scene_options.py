@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -124,6 +125,21 @@ def read_loads(
     return found
 
 
+@contextmanager
+def loads_as_options() -> Iterator[None]:
+    """Name the option in the refusal of a payload that a robot cannot carry.
+
+    Raises:
+        ParameterError: what was raised, of `--payload` instead of `Scene.loads[0].mass`.
+    """
+    try:
+        yield
+    except ParameterError as error:
+        if not error.name.startswith("Scene.loads[") or not error.name.endswith(".mass"):
+            raise
+        raise ParameterError("--payload", error.value, error.allowed, error.hint) from None
+
+
 # Angles are degrees on the command line, radians in Python: one is easily given for the other.
 
 ROUNDED = 5.5e-3
@@ -149,6 +165,22 @@ def heading_doubt(heading: float) -> str:
     near = abs(heading - part * round(heading / part)) <= ROUNDED
     small = abs(heading) < 1.0 or (near and abs(heading) <= 2.0 * math.pi + ROUNDED)
     return _in_degrees("heading", heading, "degrees") if heading and small else ""
+
+
+def posture_doubt(posture: str | None) -> str:
+    """Return that the angles of --posture [degrees] may be meant in radians; mostly nothing.
+
+    None of them is above pi, one at least is no whole number.
+    """
+    angles = [part.partition("=")[2] for part in (posture or "").split(",") if "=" in part]
+    try:
+        sizes = [abs(float(text)) for text in angles]
+    except ValueError:
+        return ""
+    largest = max(sizes, default=0.0)
+    if largest > math.pi + ROUNDED or all(size.is_integer() for size in sizes):
+        return ""
+    return _in_degrees("posture of", largest, "degrees")
 
 
 def turn_doubt(turn_rate: float) -> str:

@@ -34,6 +34,8 @@ from hexapod_pin.commands.options import (
 from hexapod_pin.commands.scene_options import (
     TERRAIN_HELP,
     heading_doubt,
+    loads_as_options,
+    posture_doubt,
     read_loads,
     read_terrain_option,
     slope_doubt,
@@ -227,7 +229,8 @@ def walk(
     name = gait or default_gait(loaded)
     numbers = given(cycle_time=cycle_time, duty=duty, lift=lift, speed=speed)
     turning = {"heading": math.radians(heading), "turn_rate": math.radians(turn_rate)}
-    with doubtful_file(loaded):
+    radians = posture_doubt(posture)
+    with doubtful_file(loaded, radians):
         fitted = fit_gait(loaded, name, stroke, **turning, **numbers)
     posture_lines: list[str] = []
     if searched:
@@ -246,11 +249,12 @@ def walk(
     if motors.motor is not None:
         servo = servo.model_copy(update={"motor": motors.motor})
     laws = Contact.preset(contact).with_mu(mu)
-    scene = Scene(
-        loaded, contact=laws, servo=servo, prescribed=prescribed,
-        terrain=read_terrain_option(terrain) or Flat(),
-        loads=read_loads(loaded, payload, push, lost_leg),
-    )  # fmt: skip
+    with loads_as_options():
+        scene = Scene(
+            loaded, contact=laws, servo=servo, prescribed=prescribed,
+            terrain=read_terrain_option(terrain) or Flat(),
+            loads=read_loads(loaded, payload, push, lost_leg),
+        )  # fmt: skip
     case = Case(
         scene, KinematicControl(chosen, body=body), duration=time,
         accuracy=accuracy, torque_accuracy=_number_or_share(torque_accuracy),
@@ -287,7 +291,7 @@ def walk(
         announce("searching a posture that leaves a longer stroke")
     doubtful = bool(loaded.doubts) and not options.repair
     cautions = [
-        heading_doubt(heading), turn_doubt(turn_rate), slope_doubt(terrain),
+        heading_doubt(heading), turn_doubt(turn_rate), slope_doubt(terrain), radians,
         *overlaps(loaded, chosen), fitted.slowness, fitted.shortage if short else "",
     ]  # fmt: skip
     job = CaseToReport(

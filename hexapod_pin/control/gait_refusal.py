@@ -301,7 +301,11 @@ def overlaps(robot: Robot, gait: Gait) -> tuple[str, ...]:
         for a, b in leg_clearance(robot, gait).excluded
         if a in legs and b in legs and legs[a] != legs[b]
     }
-    return tuple(f"legs {a} and {b} stand in each other" for a, b in sorted(pairs))
+    if not pairs:
+        return ()
+    (one, other), more = min(pairs), len(pairs) - 1
+    others = f" and {more} more pairs" if more > 1 else " and one more pair" if more else ""
+    return (f"legs {one} and {other}{others} stand in each other",)
 
 
 def _links_of(robot: Robot, joints: Sequence[str]) -> list[str]:

@@ -238,12 +238,11 @@ LEGEND = (
 def verdict_text(verdicts: PeakVerdicts) -> str:
     """Return the verdicts as plain text with units."""
     window, changes = verdicts.window, verdicts.recomputations
-    cycles = "" if window.cycles is None else f", {window.cycles} whole gait cycle(s)"
     per = "window" if window.cycles is None else "cycle"
     parts = (
         [
             f"Peaks with a verdict, {verdicts.robot_name}",
-            f"window: {window.start:.4g} to {window.end:.4g} s{cycles}",
+            f"window: {window.start:.4g} to {window.end:.4g} s{window.counted}",
             *verdicts.sources,
         ],
         ["Computed again with", *(f"  {_change_line(row)}" for row in changes)],

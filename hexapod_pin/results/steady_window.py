@@ -29,6 +29,13 @@ class Window:
         return self.cycles or 1
 
     @property
+    def counted(self) -> str:
+        """The cycles in words, ", 2 whole gait cycles"; nothing where nothing repeats."""
+        if self.cycles is None:
+            return ""
+        return f", {self.cycles} whole gait cycle{'' if self.cycles == 1 else 's'}"
+
+    @property
     def samples(self) -> slice:
         """The window as a slice of the time axis.
 

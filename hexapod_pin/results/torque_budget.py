@@ -283,9 +283,8 @@ def energy_per_way(energy: float, weight: float, distance: float | None) -> floa
 def _heading_lines(budget: TorqueBudget) -> list[str]:
     """Return what the budget is of, and over which time."""
     window = budget.window
-    span = f"{window.start:.4g} to {window.end:.4g} s"
-    cycles = "" if window.cycles is None else f", {window.cycles} whole gait cycle(s)"
-    return [f"Torque budget of {budget.robot_name}", f"window: {span}{cycles}", *budget.sources]
+    span = f"{window.start:.4g} to {window.end:.4g} s{window.counted}"
+    return [f"Torque budget of {budget.robot_name}", f"window: {span}", *budget.sources]
 
 
 def _whole_lines(budget: TorqueBudget, per: str) -> list[str]:

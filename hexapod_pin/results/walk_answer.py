@@ -7,6 +7,7 @@ rounded to what the run's own error leaves of them.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -92,7 +93,7 @@ class WalkAnswer(Immutable):
         start = f"so far: {name}" if self.budget is None else name
         parts = [f"{start} {_motion(verdict)}", *self._notable()]
         text = ", ".join(parts)
-        return text if len(text) <= WIDTH else text.removesuffix(f", {NO_LIMIT}")
+        return text if len(text) <= WIDTH else _shortened(parts)
 
     def _notable(self) -> list[str]:
         """Return slip, margin and limits, a few words each."""
@@ -315,6 +316,25 @@ def _motion(verdict: WalkVerdict, share: bool = True) -> str:
     if parts:
         return " and ".join(parts)
     return "stands" if verdict.holds else "stays on its feet"
+
+
+def _shortened(parts: Sequence[str]) -> str:
+    """Return the parts of a headline in two lines where they fit: what matters least is left out.
+
+    Args:
+        parts: the motion, what to know of it, then numbers.
+    """
+    kept = [part for part in parts if part != NO_LIMIT]
+    if sum(map(len, kept)) + 2 * len(kept) > 2 * WIDTH:
+        kept = [MEANT.sub("", part) for part in kept]
+    for start in ("margin ", "slip "):
+        if sum(map(len, kept)) + 2 * len(kept) > 2 * WIDTH:
+            kept = [part for part in kept if not part.startswith(start)]
+    return ", ".join(kept)
+
+
+MEANT = re.compile(r" (?:is|are) meant(?=\))")
+"""Left out of "(90 if radians are meant)" where lines are short."""
 
 
 def _margin_text(margin: float) -> str:

@@ -381,6 +381,13 @@ def _ground_advice(trace: Trace) -> Advice | None:
             f"mm: lift them by {1e3 * lift:.3g} mm (--lift {lift:g})",
             ("lift", lift),
         )
+    if (sunk := sinking(trace)) is not None:
+        return Advice(
+            f"its feet sink {1e3 * sunk.depth:.3g} mm into the ground",
+            f"a third of its weight pushes a foot {1e3 * sunk.depth:.3g} mm into the ground, and "
+            f"swing feet lift by {1e3 * sunk.lift:.3g} mm: a stiffer contact than "
+            f"{sunk.stiffness:.3g} N/m^{sunk.exponent:g}",
+        )
     steepest, mu = _steepest(trace), friction_coefficient(trace.run.scene)
     if mu is not None and steepest > math.atan(mu):
         return Advice(
@@ -389,6 +396,32 @@ def _ground_advice(trace: Trace) -> Advice | None:
             f"friction of {mu:.3g} holds up to {math.degrees(math.atan(mu)):.3g}: a less steep way",
         )
     return None
+
+
+MUCH_SUNK = 0.5
+"""Depth of a standing foot over the lift from which it is taken for the cause [-] (*assumed*)."""
+
+
+class Sinking(NamedTuple):
+    """How deep feet stand in the ground: depth and lift [m], stiffness [N/m^exponent]."""
+
+    depth: float
+    lift: float
+    stiffness: float
+    exponent: float
+
+
+def sinking(trace: Trace) -> Sinking | None:
+    """Return how deep a foot with a third of the weight stands; None where that is no matter."""
+    scene, gait = trace.run.scene, trace.run.case.controller.get("gait")
+    lift = gait.get("lift") if isinstance(gait, Mapping) else None
+    if scene is None or not isinstance(lift, int | float):
+        return None
+    law, weight = scene.contact.normal, trace.run.robot.mass * math.hypot(*trace.run.gravity)
+    depth = (weight / 3.0 / law.stiffness) ** (1.0 / law.exponent)
+    if not depth > MUCH_SUNK * lift:
+        return None
+    return Sinking(depth, float(lift), law.stiffness, law.exponent)
 
 
 def _steepest(trace: Trace) -> float:

@@ -37,6 +37,7 @@ from hexapod_pin.results.walk_causes import (
     lag,
     limits_are_of_no_motor,
     lost_legs,
+    sinking,
     slip_of,
 )
 
@@ -259,7 +260,26 @@ def cautions(trace: Trace, slip: Slip | None) -> tuple[str, ...]:
         found.append(
             f"ground {1e3 * obstacle.height:.0f} mm high, lift {1e3 * obstacle.lift:.0f} mm"
         )
-    return (*found, *_reserve(trace))
+    if (sunk := sinking(trace)) is not None:
+        found.append(f"feet sink {1e3 * sunk.depth:.2g} mm, lift {1e3 * sunk.lift:.0f} mm")
+    return (*found, *_unknown_error(trace), *_reserve(trace))
+
+
+MUCH_ERROR = 0.1
+"""Error of torques over the largest torque from which the first line has it [-]."""
+
+
+def _unknown_error(trace: Trace) -> tuple[str, ...]:
+    """Return that a run's error is large, or not known as its steps are fixed; mostly nothing."""
+    numerics = trace.run.numerics
+    if not numerics.accuracy:
+        return (f"error unknown (fixed steps of {1e3 * numerics.step:.3g} ms)",)
+    error = None if trace.error is None else trace.error.torque
+    if error is None or "torque" not in trace.recorded:
+        return ()
+    most = float(np.abs(trace.torque).max(initial=0.0))
+    off = float(error[-1]) / most if most > 0.0 else 0.0
+    return (f"torques off by up to {off:.0%}",) if off > MUCH_ERROR else ()
 
 
 MUCH_RESERVE = (5.0, 40.0)

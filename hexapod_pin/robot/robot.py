@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.arrays import Array, digest, read_only
-from hexapod_pin.errors import UnknownNameError
+from hexapod_pin.errors import ParameterError, UnknownNameError, UrdfError
 from hexapod_pin.immutable import Immutable, content_digest, rebuilt
 from hexapod_pin.log import LOG
 from hexapod_pin.robot.description.leg_names import LEG_NAMES
@@ -311,7 +311,12 @@ def robot_of(urdf: LoadedUrdf, source: str) -> Robot:
     links |= {leg.foot: leg.name for leg in legs}
     feet, foot_notes = place_feet(file, model, links, options.foot_radius)
     own = {**layout.posture, **layout.held}
-    angles, posture_notes = standing_angles(joints, own, options.posture)
+    try:
+        angles, posture_notes = standing_angles(joints, own, options.posture)
+    except ParameterError as error:  # of the file's own: what is doubtful in it may be why
+        if options.posture is not None or not urdf.doubts:
+            raise
+        raise UrdfError(file.source, [*urdf.doubts, str(error)]) from error
     stated = read_provenance(file)
     robot = Robot(
         name=file.name, source=source, model=model, legs=legs, feet=feet,

@@ -313,7 +313,8 @@ def parse_tree(text: str, source: str, *, comments: bool = False) -> ET.Element:
     """
 
     def refuse(*_: object) -> None:
-        raise UrdfError(source, ["has a <!DOCTYPE ...>: remove it (entities are not expanded)"])
+        raise UrdfError(source, [no_xml(text) or "has a <!DOCTYPE ...>: remove it (entities are "
+                                 "not expanded)"])  # fmt: skip
 
     depth = 0
 
@@ -337,8 +338,8 @@ def parse_tree(text: str, source: str, *, comments: bool = False) -> ET.Element:
     try:
         parser.Parse(text.encode(), True)
     except expat.ExpatError as error:
-        where = f"line {error.lineno}, column {error.offset}"
-        raise UrdfError(source, [f"not XML: {expat.ErrorString(error.code)} ({where})"]) from error
+        where = f"{expat.ErrorString(error.code)} (line {error.lineno}, column {error.offset})"
+        raise UrdfError(source, [no_xml(text) or f"not XML: {where}"]) from error
     return builder.close()
 
 
@@ -413,6 +414,18 @@ def _joint(element: ET.Element) -> Joint:
 
 
 # What a file is that is no URDF, and how to make one of it.
+
+_NO_XML = {"<!doctype html": "an HTML page: download the raw file",
+           "version https://git-lfs": "a pointer of Git LFS: run `git lfs pull`"}  # fmt: skip
+
+
+def no_xml(text: str) -> str:
+    """Return what a text is that is no XML, by how it begins; empty if unknown."""
+    begin = text[:99].lstrip().lower()
+    return next(
+        (f"this is {what}" for start, what in _NO_XML.items() if begin.startswith(start)), ""
+    )
+
 
 _ADVICE = {
     "sdf": "an SDF (Gazebo) file: convert it with pysdf, or take the "

@@ -7,12 +7,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hexapod_pin.errors import HexapodError, UrdfError
+from hexapod_pin.errors import HexapodError, ParameterError, UrdfError
 from hexapod_pin.robot.description.urdf_file import UrdfFile, parse_urdf
 from hexapod_pin.robot.loading.backlash import with_backlash
 from hexapod_pin.robot.loading.load_options import LoadOptions, read_hints
 from hexapod_pin.robot.reading.resources import ResourceFinder
 from hexapod_pin.robot.reading.robot_text import read_robot_text
+from hexapod_pin.robot.recognition.feet import GUESSED
 from hexapod_pin.robot.recognition.layout import (
     RobotLayout,
     annotate_urdf,
@@ -79,10 +80,11 @@ def loaded(read: SourceFile, options: LoadOptions, layout: RobotLayout | None = 
         endless = all("continuous joint" in text for text in findings)
         more = _unrecognised(file, finder, options) if endless else []
         raise UrdfError(file.source, [*findings, *more])
+    _require_feet_of_a_size(file, options)
     if layout is None:
         layout = _recognised(file, finder, options, doubts)
-    if (slip := _mesh_unit(file, finder, layout)) and slip not in doubts:
-        doubts = (slip, *doubts)
+    for doubt in (_mesh_unit(file, finder, layout), _guessed_feet(layout)):
+        doubts = doubts if not doubt or doubt in doubts else (doubt, *doubts)
     file = annotate_urdf(file, layout)
     if options.backlash:
         file, layout = with_backlash(file, layout, options.backlash)
@@ -136,6 +138,27 @@ def _mesh_unit(file: UrdfFile, finder: ResourceFinder, layout: RobotLayout) -> s
         return ""
     slips = mesh_slips(Measures(file, LinkSolids(finder))).values()
     return next((f"meshes look like {slip.unit}, not SI units" for slip in slips), "")
+
+
+def _guessed_feet(layout: RobotLayout) -> str:
+    """Return the doubt that feet are guessed, as the meshes of their links are not found."""
+    count = sum(f"{GUESSED}: " in text for text in layout.inferred)
+    return "feet are guessed: their meshes are not found (--package-path)" if count else ""
+
+
+def _require_feet_of_a_size(file: UrdfFile, options: LoadOptions) -> None:
+    """Refuse feet that are larger than the robot.
+
+    Raises:
+        ParameterError: the radius that is given for all feet exceeds half the span of the joints.
+    """
+    radius = options.foot_radius
+    most = 0.5 * Measures(file, LinkSolids(None)).span if radius else 0.0
+    if radius and radius > most > 0.0:
+        allowed = f"at most {most:.3g} m, half of what the joints span"
+        raise ParameterError(
+            "foot_radius", radius, allowed, f"mm? {radius:g} mm are {1e-3 * radius:g} m."
+        )
 
 
 def _unrecognised(file: UrdfFile, finder: ResourceFinder, options: LoadOptions) -> list[str]:

@@ -67,6 +67,10 @@ def frame_foot(file: UrdfFile, frames: TreeFrames, link: str, rule: str) -> Foun
     return FoundFoot(link, True, centre, sphere.radius, rule, settled=True)
 
 
+GUESSED = "(assumed; no shape"
+"""Part of the rule of a foot that is guessed from a centre of mass."""
+
+
 def bare_foot(file: UrdfFile, frames: TreeFrames, body: LegBody, leg: str) -> FoundFoot:
     """Return a foot where no shape can be read: a frame at the end, or from the centre of mass.
 
@@ -91,7 +95,7 @@ def bare_foot(file: UrdfFile, frames: TreeFrames, body: LegBody, leg: str) -> Fo
     if np.linalg.norm(end) > max(1.2 * float(np.linalg.norm(arm)), TINY):
         return frame_foot(file, frames, ends[-1], f"frame of the link (no shape{why})")
     if com is not None and np.linalg.norm(arm) > TINY and np.isfinite(com).all():
-        rule = f"twice the centre of mass as of a uniform rod, a point (assumed; no shape{why})"
+        rule = f"twice the centre of mass as of a uniform rod, a point {GUESSED}{why})"
         return FoundFoot(body.chain.body[0], False, com + arm, 0.0, rule, settled=True)
     text = f"leg {leg}: its last link {body.chain.body[0]!r} has no shape, no inertial and no frame"
     raise UrdfError(

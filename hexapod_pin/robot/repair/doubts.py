@@ -12,14 +12,28 @@ from collections.abc import Sequence
 from hexapod_pin.robot.repair import rules
 from hexapod_pin.robot.repair.finding import Finding
 
-UNITS = ("joints", "meshes", "inertials", "masses", "inertias", "limits")
+UNITS = ("joints", "meshes", "inertials", "masses", "inertias", "limits", "angles", "spheres")
 """Numbers of which a finding "... in UNIT" tells the unit; of shapes only pictures depend on it."""
 
-WORDS = {"joints": "lengths"}
+WORDS = {"joints": "lengths", "spheres": "radii of spheres"}
 """What numbers are called in a doubt: those of the joints are the robot's lengths."""
 
 WHOLE = ("absurd mass", "absurd size")
 """Kinds of finding of the whole robot."""
+
+IN_ROBOT_FRAME = "centres of mass in the robot's frame"
+SAME_INERTIA = "one inertia for all links"
+SAME_MASS = "one mass for all links"
+NARROW = "narrow limits"
+"""Kinds of finding of all links or joints together."""
+
+OF_ALL = {
+    IN_ROBOT_FRAME: "centres of mass look like those in the robot's frame, not in the links'",
+    SAME_INERTIA: "inertias are a placeholder, {value}",
+    SAME_MASS: "masses are a placeholder, {value}",
+    NARROW: "limits look like radians read as degrees: {value}",
+}
+"""Phrases of these."""
 
 UNLIKE, RESISTANCE = "unlike the other legs", "absurd resistance"
 """Kinds of finding of one part; of joints that resist, all together."""
@@ -49,6 +63,8 @@ def doubts(findings: Sequence[Finding]) -> tuple[str, ...]:
             found.append(f"{WORDS.get(numbers, numbers)} look like {unit}, not SI units")
         elif finding.what in WHOLE:
             found.append(f"{finding.what}: {finding.value}")
+        elif finding.what in OF_ALL:
+            found.append(OF_ALL[finding.what].format(value=finding.value))
     found += [
         f"{name_of(finding.where)}: {finding.value}"
         for finding in findings
@@ -61,6 +77,8 @@ def doubts(findings: Sequence[Finding]) -> tuple[str, ...]:
     links = Counter(finding.what for finding in findings if finding.what in OF_LINKS)
     if any(text.startswith("inertias") for text in found):
         links.pop("inertia against size", None)
+    if any(text.startswith("centres of mass") for text in found):
+        links.pop("centre of mass outside", None)
     places = {finding.what: finding.where for finding in findings}
     for kind, count in links.items():
         found.append(f"{OF_LINKS[kind]}: {places[kind] if count == 1 else f'{count} links'}")

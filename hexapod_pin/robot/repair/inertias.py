@@ -21,11 +21,18 @@ from hexapod_pin.robot.description.solids import (
 )
 from hexapod_pin.robot.description.urdf_file import Link
 from hexapod_pin.robot.repair import rules
+from hexapod_pin.robot.repair.doubts import SAME_INERTIA
 from hexapod_pin.robot.repair.finding import Draft, Finding, number, scaled
 from hexapod_pin.robot.repair.measures import Measures
 from hexapod_pin.robot.repair.rules import FLATNESS
 from hexapod_pin.robot.repair.structure import tree_of, trunk_root
-from hexapod_pin.robot.repair.units import gyration, inertia_slip, readable
+from hexapod_pin.robot.repair.units import (
+    LEAST_REACH,
+    gyration,
+    inertia_slip,
+    placeholder,
+    readable,
+)
 from hexapod_pin.robot.rotations import rotation
 
 NEGLIGIBLE_INERTIA_SHARE = 1e-3
@@ -48,6 +55,7 @@ def inertia_findings(measures: Measures) -> list[Finding]:
             found = list(_of_body(measures, group))
             findings += found
             refused.update(name for name in group if any(repr(name) in x.where for x in found))
+    findings += _same_inertia(measures)
     for link in file.links:
         if link.name not in unreadable:
             findings += _of_size(measures, link, judged=link.name in refused)
@@ -97,12 +105,25 @@ def replaceable(measures: Measures, link: Link) -> bool:
 def off_centre(measures: Measures, link: Link) -> str:
     """Return how far the centre of mass lies outside what is drawn; "" where it does not."""
     solid = measures.solid(link)
-    if solid is None or not readable(link):
+    if not readable(link):
         return ""
+    if solid is None:
+        return _off_joints(measures, link)
     distance = float(np.linalg.norm(np.array(link.com) - solid.centre))
     if distance <= rules.CENTRE_OFFSET * max(solid.extent, measures.reach(link)):
         return ""
     return f"centre of mass {distance:.3g} m off a body {solid.extent:.3g} m large"
+
+
+def _off_joints(measures: Measures, link: Link) -> str:
+    """Return how far the centre of mass of a link of which nothing is drawn lies off its joints."""
+    reach, far = measures.reach(link), rules.CENTRE_OFF_JOINTS
+    if reach <= LEAST_REACH * measures.span:  # of an end, of which the length is not known
+        reach = measures.leg_length if measures.plausible_size else 0.0
+    distance = math.hypot(*link.com)
+    if not reach or distance <= far * reach:
+        return ""
+    return f"centre of mass {distance:.3g} m from its joint, the next {reach:.3g} m"
 
 
 def dummy(measures: Measures, link: Link) -> bool:
@@ -175,6 +196,19 @@ def _massless(measures: Measures, where: str, head: Link, mover: str) -> Finding
     known = any((link.mass or 0.0) > 0.0 or measures.body(link) for link in links)
     repair = REPAIR_MASS if known else "write masses: the file gives no mass and no size"
     return Finding(kind, where, value, "its mass must be above 0", repair, repairable=known)
+
+
+def _same_inertia(measures: Measures) -> Iterator[Finding]:
+    """Yield that links of different masses have one inertia, which fits hardly any of them."""
+    moments = placeholder(measures)
+    if moments is None:
+        return
+    alike = [link for link in measures.file.links if readable(link) and link.moments == moments]
+    if 2 * sum(bool(misfit(measures, link)) for link in alike) > len(alike):
+        value = f"{max(moments):.3g} kg m^2 of {len(alike)} links of different masses"
+        yield Finding(
+            SAME_INERTIA, "robot", value, "each link has its own", REPAIR_SOLID, "suspicious"
+        )
 
 
 def _of_size(measures: Measures, link: Link, judged: bool) -> Iterator[Finding]:
@@ -292,7 +326,8 @@ def _replace(draft: Draft, measures: Measures, link: Link, why: str) -> None:
     before = _moments(link)
     if body is None:
         radius = rules.SMALL_SIZE * (measures.size or 1.0)
-        com = np.array(link.com) if all(map(math.isfinite, link.com)) else np.zeros(3)
+        known = all(map(math.isfinite, link.com)) and not off_centre(measures, link)
+        com = np.array(link.com) if known else np.zeros(3)
         inertia, shape = 0.4 * mass * radius**2 * np.eye(3), f"a ball of radius {radius:.2g} m"
     else:
         com, inertia = body.centre, mass / body.volume * body.inertia

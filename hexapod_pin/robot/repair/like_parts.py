@@ -16,10 +16,11 @@ from statistics import median
 import numpy as np
 
 from hexapod_pin.robot.description.solids import finite
-from hexapod_pin.robot.description.urdf_file import Joint
+from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile
 from hexapod_pin.robot.repair.doubts import UNLIKE
 from hexapod_pin.robot.repair.finding import Draft, Finding, number
 from hexapod_pin.robot.repair.measures import Measures
+from hexapod_pin.robot.repair.structure import trunk_root
 
 FEWEST_LIKE = 4
 """Parts of which one can be unlike the others (*assumed*)."""
@@ -27,6 +28,12 @@ FEWEST_LIKE = 4
 MUCH_UNLIKE = 3.0
 """Ratio of two numbers of one kind from which they differ, and within which they agree (*assumed*):
 motors and links of the legs of one robot differ less."""
+
+SEVERAL_UNLIKE = 500.0
+"""Ratio from which fewer than half of the parts differ by a unit, grams at least (*assumed*)."""
+
+VERY_UNLIKE = 1e3
+"""Ratio of two masses from which no walk is tried (*assumed*)."""
 
 LENGTH_UNLIKE = 1.5
 """The same of the distances between joints (*assumed*)."""
@@ -93,6 +100,8 @@ def unlike_findings(measures: Measures) -> Iterator[Finding]:
             UNLIKE, f"joint {axis.joint.name!r}", value, "legs are alike", "the axis is reversed",
             "suspicious",
         )  # fmt: skip
+    yield from _misplaced(measures)
+    yield from _turned_axes(measures)
     for one in unlike_parts(measures):
         unit = UNITS[one.kind]
         if one.kind == "length":
@@ -107,9 +116,11 @@ def unlike_findings(measures: Measures) -> Iterator[Finding]:
             place = f"joint {one.joint.name!r}"
             value = f"{one.kind} {one.value:.3g} {unit}, {one.usual:.3g} in other legs"
             repair = f"the {one.kind} of the other legs"
+        far = not one.usual / VERY_UNLIKE < one.value < one.usual * VERY_UNLIKE
+        refused = one.kind == "mass" and far  # a walk would take hours
         yield Finding(
-            UNLIKE, place, value, "legs are alike", repair, "suspicious",
-            repairable=one.kind != "length",
+            f"mass {UNLIKE}" if refused else UNLIKE, place, value, "legs are alike", repair,
+            "refused" if refused else "suspicious", repairable=one.kind != "length",
         )  # fmt: skip
 
 
@@ -187,6 +198,121 @@ def _downwards(
     return (lower, upper) if cosine > 0.0 else (0.0 - upper, 0.0 - lower)
 
 
+def _misplaced(measures: Measures) -> Iterator[Finding]:
+    """Yield that one leg carries joints that another one lacks: a parent is the wrong link's."""
+    file = measures.file
+    root = trunk_root(file)
+    trunk = set() if root is None else set(_trunk(file, root))
+    counts = {
+        joint.child: sum(x.moves for x in _joints_below(file, joint))
+        for joint in file.joints
+        if joint.moves and joint.parent in trunk
+    }
+    if len(counts) < FEWEST_LIKE:
+        return
+    usual = int(median(counts.values()))
+    odd = {name: count for name, count in counts.items() if count != usual}
+    if len(odd) != 2 or sum(odd.values()) != 2 * usual:
+        return
+    full, bare = sorted(odd, key=lambda name: -odd[name])
+    value = f"moves {odd[full]} joints, {bare} {odd[bare]}, {usual} in other legs"
+    yield Finding(
+        UNLIKE, f"link {full!r}", value, "legs are alike", "correct the parent of a joint by hand",
+        "suspicious", repairable=False,
+    )  # fmt: skip
+
+
+def _trunk(file: UrdfFile, root: str) -> list[str]:
+    """Return the links that nothing moves relative to a root."""
+    found = [root]
+    for name in found:
+        below = (x for x in file.joints_below.get(name, ()) if not x.moves)
+        found += [x.child for x in below if x.child not in found]
+    return found
+
+
+def _joints_below(file: UrdfFile, joint: Joint) -> list[Joint]:
+    """Return a joint and all that it carries."""
+    found, seen = [joint], {joint.child}
+    for one in found:
+        below = [x for x in file.joints_below.get(one.child, ()) if x.child not in seen]
+        seen.update(x.child for x in below)
+        found += below
+    return found
+
+
+MUCH_TURNED, LITTLE_TURNED = 0.5, 0.1
+"""Difference of the cosine between two lines of a leg from those of the other legs, from which it
+is turned, and within which the others agree (*assumed*)."""
+
+
+def _turned_axes(measures: Measures) -> Iterator[Finding]:
+    """Yield the joint of one leg whose axis has another direction than that of all other legs.
+
+    Compared are the angles of an axis with the axes of its neighbours and with the line to the next
+    joint: those of mirrored legs are the same.
+    """
+    cosines = _cosines(measures)
+    legs = {id(joint): chain for chain in measures.chains for joint in chain}
+    turned: list[tuple[bool, int, Joint]] = []
+    for joints in like_joints(measures):
+        if len(joints) < FEWEST_LIKE or not all(id(joint) in cosines for joint in joints):
+            continue
+        rows = np.array([cosines[id(joint)] for joint in joints])
+        off = np.abs(rows - np.median(rows, axis=0))
+        odd = np.flatnonzero(off.max(axis=1) > MUCH_TURNED)
+        if len(odd) == 1 and np.delete(off, odd[0], axis=0).max() < LITTLE_TURNED:
+            joint, count = joints[odd[0]], int(np.sum(off[odd[0]] > MUCH_TURNED))
+            turned.append((joint.element.find("axis") is None, count, joint))
+    if len({id(legs[id(joint)]) for *_, joint in turned}) != 1:
+        return
+    bare, _, joint = max(turned, key=lambda one: one[:2])
+    about = " ".join(f"{x:g}" for x in joint.axis)
+    why = " as it has no <axis>" if bare else ""
+    yield Finding(
+        UNLIKE, f"joint {joint.name!r}", f"turns about {about}{why}, otherwise in other legs",
+        "legs are alike", "correct its <axis> by hand", "suspicious", repairable=False,
+    )  # fmt: skip
+
+
+LEAST_LINE = 0.02
+"""Distance of two joints over the span of all joints, from which the line between them counts."""
+
+
+def _cosines(measures: Measures) -> dict[int, tuple[float, float, float]]:
+    """Return |cos| of joints' axes with those of their neighbours and with the line to the next.
+
+    By `id`; 1 where there is no neighbour, 0 where there is no line.
+    """
+    found: dict[int, tuple[float, float, float]] = {}
+    for chain in measures.chains:
+        if not all(joint.child in measures.places for joint in chain):
+            continue
+        placed = [measures.places[joint.child] for joint in chain]
+        turns = zip(placed, chain, strict=True)
+        axes = [_unit((turn @ finite(joint.axis)).tolist()) for (turn, _), joint in turns]
+        points = [place.tolist() for _, place in placed]
+        for k, joint in enumerate(chain):
+            before = _dot(axes[k], axes[k - 1]) if k else 1.0
+            after, along = 1.0, 0.0
+            if k + 1 < len(chain):
+                after = _dot(axes[k], axes[k + 1])
+                line = [b - a for a, b in zip(points[k], points[k + 1], strict=True)]
+                if math.hypot(*line) > LEAST_LINE * measures.span:
+                    along = _dot(axes[k], _unit(line))
+            found[id(joint)] = (before, after, along)
+    return found
+
+
+def _unit(vector: Sequence[float]) -> list[float]:
+    size = math.hypot(*vector)
+    return [x / size if size > 0.0 else 0.0 for x in vector]
+
+
+def _dot(one: Sequence[float], other: Sequence[float]) -> float:
+    return abs(math.fsum(x * y for x, y in zip(one, other, strict=True)))
+
+
 def repair_unlike(draft: Draft) -> None:
     """Give a part that is unlike the same part of the other legs their number."""
     measures = draft.measures
@@ -251,7 +377,10 @@ def _scale(element: ET.Element, factor: float) -> None:
 
 
 def _odd(joints: list[Joint], kind: str, values: list[float]) -> list[Unlike]:
-    """Return the one value that differs much from all others, which agree; mostly nothing."""
+    """Return the one value that differs much from all others, which agree; mostly nothing.
+
+    Several, fewer than half, where they differ by a unit.
+    """
     much = LENGTH_UNLIKE if kind == "length" else MUCH_UNLIKE
     least = 0.0 if kind in LIMITS else math.ulp(0.0)  # what is missing is found elsewhere
     if not all(math.isfinite(value) and value >= least for value in values):
@@ -260,13 +389,14 @@ def _odd(joints: list[Joint], kind: str, values: list[float]) -> list[Unlike]:
     if middle <= 0.0:
         return []
     odd = [k for k, value in enumerate(values) if not middle / much < value < middle * much]
-    if len(odd) != 1:
+    others = [value for k, value in enumerate(values) if k not in odd]
+    if len(odd) > 1:  # legs of two kinds may differ, not by a unit
+        far = SEVERAL_UNLIKE
+        slips = all(not middle / far < values[k] < middle * far for k in odd)
+        odd = odd if slips and 2 * len(odd) < len(values) else []
+    if not odd or max(others) > much * min(others):
         return []
-    k = odd[0]
-    others = [value for j, value in enumerate(values) if j != k]
-    if max(others) > much * min(others):
-        return []
-    return [Unlike(joints[k], kind, values[k], median(others))]
+    return [Unlike(joints[k], kind, values[k], median(others)) for k in odd]
 
 
 def _lengths(measures: Measures) -> dict[int, float]:

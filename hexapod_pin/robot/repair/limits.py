@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 
 from hexapod_pin.robot.description.urdf_file import Joint
 from hexapod_pin.robot.repair import rules
-from hexapod_pin.robot.repair.doubts import RESISTANCE
+from hexapod_pin.robot.repair.doubts import NARROW, RESISTANCE
 from hexapod_pin.robot.repair.finding import Draft, Finding
 from hexapod_pin.robot.repair.measures import Measures
 from hexapod_pin.robot.repair.rules import Severity
@@ -28,7 +28,7 @@ def limit_findings(measures: Measures) -> list[Finding]:
     """Return every trouble of limits, effort, velocity and friction."""
     joints = [j for j in measures.file.joints if limited(j)]
     slip = limits_in_degrees(joints)
-    found = [] if slip is None else [slip]
+    found = [one for one in (slip, narrow_limits(measures, joints)) if one is not None]
     found += [found for joint in joints for found in _of_joint(measures, joint)]
     return found + [found for joint in joints for found in _resistance(measures, joint)]
 
@@ -64,6 +64,23 @@ def limits_in_degrees(joints: Sequence[Joint]) -> Finding | None:
     rule = "at most one turn, 6.28 rad, apart"
     where = f"joint {joint.name!r} and {len(wide) - 1} more"
     return Finding("limits in degrees", where, value, rule, "turned into radians", "suspicious")
+
+
+def narrow_limits(measures: Measures, joints: Sequence[Joint]) -> Finding | None:
+    """Return the finding of limits that were turned from degrees into radians, being radians.
+
+    Then no joint turns by more than a turn over 57.3, where legs need half a radian at least.
+    """
+    walking = {joint.name for chain in measures.chains for joint in chain}
+    turning = [joint for joint in joints if joint.kind == "revolute" and joint.name in walking]
+    ranges = [joint.limit("upper", 0.0) - joint.limit("lower", 0.0) for joint in turning]
+    most = max(ranges, default=0.0)
+    if len(ranges) < rules.FEWEST_NARROW or not 0.0 < most <= math.radians(rules.FULL_TURN):
+        return None
+    value = f"no joint turns by more than {most:.2g} rad"
+    rule = f"legs need half a radian; {most:.2g} rad are {math.degrees(most):.3g} degrees"
+    repair = "multiplied by 57.3: radians were read as degrees"
+    return Finding(NARROW, "robot", value, rule, repair, "suspicious")
 
 
 def _is_in_degrees(joint: Joint) -> bool:
@@ -189,10 +206,13 @@ def repair_limits(draft: Draft) -> None:
     """Give every joint a range, a torque limit and a speed limit that a servo can have."""
     measures = draft.measures
     degrees = limits_in_degrees([joint for joint in measures.file.joints if limited(joint)])
+    narrow = narrow_limits(measures, [joint for joint in measures.file.joints if limited(joint)])
     for joint in measures.file.joints:
         if limited(joint):
             if degrees is not None and _is_in_degrees(joint):
-                _repair_degrees(draft, joint)
+                _repair_degrees(draft, joint, math.radians(1.0))
+            if narrow is not None and joint.kind == "revolute":
+                _repair_degrees(draft, joint, math.degrees(1.0))
             limit = joint.element.find("limit")
             if limit is None:
                 limit = ET.SubElement(joint.element, "limit")
@@ -202,16 +222,16 @@ def repair_limits(draft: Draft) -> None:
             _repair_velocity(draft, joint, limit)
 
 
-def _repair_degrees(draft: Draft, joint: Joint) -> None:
-    """Turn a joint's limits from degrees into radians."""
+def _repair_degrees(draft: Draft, joint: Joint, factor: float) -> None:
+    """Turn a joint's limits from degrees into radians, or back."""
     limit = joint.element.find("limit")
     if limit is None:
         return
     before = f"{limit.get('lower')} to {limit.get('upper')}"
     for end in ("lower", "upper"):
-        limit.set(end, f"{math.radians(joint.limit(end, 0.0)):.6g}")
+        limit.set(end, f"{factor * joint.limit(end, 0.0):.6g}")
     after = f"{limit.get('lower')} to {limit.get('upper')}"
-    draft.change(f"joint {joint.name!r}", f"limits {before} degrees -> {after} rad", "")
+    draft.change(f"joint {joint.name!r}", f"limits {before} -> {after} rad", "")
 
 
 def _repair_range(draft: Draft, joint: Joint, limit: ET.Element) -> None:

@@ -10,21 +10,25 @@ from statistics import median
 
 import numpy as np
 
-from hexapod_pin.robot.description.solids import bodies
+from hexapod_pin.robot.description.solids import bodies, finite
 from hexapod_pin.robot.description.urdf_file import Link
 from hexapod_pin.robot.repair import rules
-from hexapod_pin.robot.repair.doubts import grams, plausible_mass
-from hexapod_pin.robot.repair.finding import Draft, Finding, scaled
+from hexapod_pin.robot.repair.doubts import IN_ROBOT_FRAME, SAME_MASS, grams, plausible_mass
+from hexapod_pin.robot.repair.finding import Draft, Finding, number, scaled
 from hexapod_pin.robot.repair.inertias import dummy, impossible_mass, write_inertial
 from hexapod_pin.robot.repair.measures import Measures, Solid, two_digits
 from hexapod_pin.robot.repair.units import (
     UnitSlip,
+    angle_slip,
     inertia_slip,
     joint_length_slip,
     length_slips,
     mass_slip,
     mesh_slips,
+    readable,
+    uniform_mass,
 )
+from hexapod_pin.robot.rotations import roll_pitch_yaw, rotation
 
 
 @dataclass(frozen=True)
@@ -46,6 +50,7 @@ class Shares:
 
 def repair_masses(draft: Draft) -> None:
     """Bring masses to kilograms, drop dummies, and give every moved body a mass."""
+    _repair_frame(draft)
     slip = mass_slip(draft.measures)
     if slip is not None:
         for mass in draft.root.findall("link/inertial/mass"):
@@ -205,10 +210,12 @@ SCALE_FIRST = "scale the lengths first: no rule holds for a robot of such a size
 
 def whole_findings(measures: Measures) -> list[Finding]:
     """Return every trouble of the robot as a whole; nothing of files without moved joints."""
-    slips = [joint_length_slip(measures), mass_slip(measures), inertia_slip(measures)]
+    angles, lengths = angle_slip(measures), joint_length_slip(measures)
+    slips = [lengths, angles, mass_slip(measures), inertia_slip(measures)]
     slips += [*length_slips(measures), *mesh_slips(measures).values()]
     sized = measures.plausible_size or slips[0] is not None
-    found = [_slip(slip, sized) for slip in slips if slip is not None]
+    found = [*_whole_frame(measures), *_same_mass(measures)]
+    found += [_slip(slip, sized) for slip in slips if slip is not None]
     kinds = {slip.kind for slip in slips if slip is not None}
     if "joints" not in kinds:
         found += _size(measures)
@@ -220,7 +227,7 @@ def whole_findings(measures: Measures) -> list[Finding]:
 def _slip(slip: UnitSlip, sized: bool) -> Finding:
     """Return a finding; masses and inertias are scaled where the size of the robot is possible."""
     repairable = sized or slip.kind not in ("masses", "inertias")
-    si = {"masses": "kg", "inertias": "kg m^2"}.get(slip.kind, "m")
+    si = {"masses": "kg", "inertias": "kg m^2", "angles": "rad"}.get(slip.kind, "m")
     return Finding(
         f"{slip.kind} in {slip.unit}",
         "robot",
@@ -260,6 +267,17 @@ def _mass(measures: Measures) -> Iterator[Finding]:
     )
 
 
+def _same_mass(measures: Measures) -> Iterator[Finding]:
+    """Yield that all links have one mass, and the robot more than one of its size."""
+    each = uniform_mass(measures)
+    if each is not None and measures.span > 0.0 and measures.total_mass > _largest_mass(measures):
+        count = sum(bool(link.mass) for link in measures.file.links)
+        yield Finding(
+            SAME_MASS, "robot", f"{grams(each)} in each of {count} links", "each link has its own",
+            "give --mass, which scales all masses and inertias", "suspicious", repairable=False,
+        )  # fmt: skip
+
+
 def heavy(measures: Measures) -> bool:
     """Return whether a robot is heavier than its legs could ever be, without its heaviest link.
 
@@ -284,6 +302,60 @@ def usual_mass(measures: Measures) -> float:
 
 def _motors(measures: Measures) -> int:
     return sum(len(chain) for chain in measures.chains)
+
+
+# Centres of mass in the frame of the whole robot.
+
+
+def in_robot_frame(measures: Measures) -> bool:
+    """Return whether centres of mass have the places that they have in the whole robot's frame.
+
+    Of most links they then are nearer to the link's place in the robot than to its own origin.
+    """
+    ratios = []
+    for link in measures.file.links:
+        place = measures.places.get(link.name)
+        own = math.hypot(*finite(link.com))
+        if link.mass and place is not None and own > 0.0 and np.any(place[1]):
+            ratios.append(math.dist(place[1], finite(link.com)) / own)
+    return len(ratios) >= FEWEST_PLACED and median(ratios) < NEARER
+
+
+FEWEST_PLACED = 4
+"""Links of which the frame of centres of mass is judged."""
+
+NEARER = 0.5
+"""Distance from the link's place over that from the link's origin (18 robots have 3 to 13)."""
+
+
+def _whole_frame(measures: Measures) -> Iterator[Finding]:
+    """Yield that centres of mass are in the frame of the whole robot."""
+    if in_robot_frame(measures):
+        yield Finding(
+            IN_ROBOT_FRAME, "robot", "each lies near the place of its link in the robot",
+            "in the frame of the link: an exporter wrote them in that of the assembly",
+            "turned and moved into the frames of the links", "suspicious",
+        )  # fmt: skip
+
+
+def _repair_frame(draft: Draft) -> None:
+    """Bring centres of mass, and the axes of inertias, from the robot's frame to the links'."""
+    measures = draft.measures
+    if not in_robot_frame(measures):
+        return
+    for link in measures.file.links:
+        found = link.element.find("inertial/origin")
+        if found is None or link.name not in measures.places or not readable(link):
+            continue
+        turn, place = measures.places[link.name]
+        axes = turn.T @ rotation(link.inertia_rpy)
+        for name, values in (
+            ("xyz", turn.T @ (np.array(link.com) - place)),
+            ("rpy", roll_pitch_yaw(axes)),
+        ):
+            found.set(name, " ".join(number(float(value)) for value in values))
+    text = "centres of mass moved from the robot's frame into those of the links"
+    draft.change("robot", text, "inertials were in the frame of the whole robot")
 
 
 # Masses of parts that are alike, from the same link of other legs.

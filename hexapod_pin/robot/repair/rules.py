@@ -65,6 +65,10 @@ TYPICAL_GYRATION = 0.25
 CENTRE_OFFSET = 3.0
 """Largest distance of the centre of mass from the centre of the link's solid over its diagonal."""
 
+CENTRE_OFF_JOINTS = 2.0
+"""The same of a link of which nothing is drawn from its joint, over the distance to the next one:
+18 robots have 0 to 0.91."""
+
 JOINT_RANGE = 2.618
 """Limits -2.618 to 2.618 rad, *assumed* where none are given: 300 degrees, the range of a
 DYNAMIXEL AX-12A in joint mode (ROBOTIS e-Manual)."""
@@ -75,6 +79,9 @@ FULL_TURN = 2.0 * math.pi
 DEGREES = (15.0, 360.0)
 """Limits of a range above a turn that are usual in degrees; taken for radians they allow 2 to 57
 turns (*assumed*)."""
+
+FEWEST_NARROW = 6
+"""Joints of legs from which ranges of a few hundredths of a radian are taken for a wrong unit."""
 
 SPEED = 6.0
 """Joint speed [rad/s], *assumed* where none is given.

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import xml.etree.ElementTree as ET
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from statistics import median
@@ -14,7 +15,7 @@ from statistics import median
 import numpy as np
 
 from hexapod_pin.robot.description.solids import finite, inertia_matrix
-from hexapod_pin.robot.description.urdf_file import Link, length, lengths, origin
+from hexapod_pin.robot.description.urdf_file import Link, length, lengths, origin, triple
 from hexapod_pin.robot.repair import rules
 from hexapod_pin.robot.repair.finding import Draft, multiplied
 from hexapod_pin.robot.repair.measures import Measures
@@ -123,7 +124,23 @@ def length_slips(measures: Measures) -> list[UnitSlip]:
             slips.append(UnitSlip(kind, unit or "mm", LENGTH_UNITS[unit or "mm"], text))
         elif kind == "shapes" and unit is not None:
             slips.append(UnitSlip(kind, unit, LENGTH_UNITS[unit], text))
+    sphere = max((radius for _, radius in _spheres(measures.file.links)), default=0.0)
+    if sphere > span > SPHERES * 1e-3 * sphere and not any(x.kind == "shapes" for x in slips):
+        text = f"a sphere has a radius of {sphere:.3g} m, the joints span {span:.3g} m"
+        slips.append(UnitSlip("spheres", "mm", 1e-3, text))
     return slips
+
+
+SPHERES = 5.0
+"""Span of the joints over the radius of a foot, at least (*assumed*)."""
+
+
+def _spheres(links: Iterable[Link]) -> Iterable[tuple[ET.Element, float]]:
+    """Return the spheres of links with their radii [m]."""
+    for link in links:
+        for sphere in link.element.iter("sphere"):
+            radius = length(sphere, "radius")
+            yield sphere, abs(radius) if math.isfinite(radius) else 0.0
 
 
 def mesh_slips(measures: Measures) -> dict[str, UnitSlip]:
@@ -180,27 +197,60 @@ LEAST_REACH = 0.05
 """Distance to the next joint over the span of all joints, from which sizes are compared with it."""
 
 
+LARGEST_ANGLE = 4.0 * math.pi
+"""Above two turns an angle of an <origin> is in degrees [rad] (*assumed*)."""
+
+
+def angle_slip(measures: Measures) -> UnitSlip | None:
+    """Return that angles of joints' origins are in degrees: they are turned many times round."""
+    turned = [(max(map(abs, finite(joint.rpy))), joint) for joint in measures.file.joints]
+    angle, joint = max(turned, key=lambda one: one[0], default=(0.0, None))
+    if joint is None or angle <= LARGEST_ANGLE:
+        return None
+    text = f"joint {joint.name!r} is turned by {angle:.3g} rad"
+    return UnitSlip("angles", "degrees", math.pi / 180.0, text)
+
+
+MOST_OVER_MEDIAN = 10.0
+"""Total mass over what it were if all links had the median one, at most (*assumed*)."""
+
+
 def mass_slip(measures: Measures) -> UnitSlip | None:
     """Return whether all masses are in grams: the links are denser than any metal."""
     links = measures.file.links
+    if uniform_mass(measures) is not None:
+        return None  # a placeholder shows no unit
     pairs = [(link.mass or 0.0, solid.volume) for link in links if (solid := measures.solid(link))]
     known = [(m, volume) for m, volume in pairs if m > 0.0 and math.isfinite(m)]
     if known:
-        density = math.fsum(m for m, _ in known) / math.fsum(volume for _, volume in known)
+        mean = math.fsum(m for m, _ in known) / math.fsum(volume for _, volume in known)
+        density = min(mean, median(m / volume for m, volume in known))  # few links show no unit
         if rules.HEAVIEST < density and rules.LIGHTEST < 1e-3 * density < rules.HEAVIEST:
             return UnitSlip("masses", "g", 1e-3, f"mean density {density:.3g} kg/m^3")
         return None
-    total, span = measures.total_mass, measures.span
+    span, masses = measures.span, [link.mass for link in links if link.mass]
+    typical = MOST_OVER_MEDIAN * median(masses) * len(masses) if masses else 0.0
+    total = min(measures.total_mass, typical)
     bulk = total / span**3 if 0.0 < span <= rules.SPAN[1] else 0.0
     if rules.MASS_PER_SPAN[1] < bulk < 1e3 * rules.MASS_PER_SPAN[1]:
         return UnitSlip("masses", "g", 1e-3, f"{total:.3g} kg on a span of {span:.3g} m")
     return None
 
 
+def uniform_mass(measures: Measures) -> float | None:
+    """Return the mass that all links with a mass have, the trunk and the feet [kg]; else None."""
+    masses = [link.mass for link in measures.file.links if link.mass]
+    return masses[0] if len(masses) > MOST_ALIKE and len(set(masses)) == 1 else None
+
+
+MOST_ALIKE = 6
+"""Links that may have one mass: legs of two parts that are alike, on a trunk without one."""
+
+
 def inertia_slip(measures: Measures) -> UnitSlip | None:
     """Return the unit that all inertias are in, if it is not kg m^2; masses must be in kg."""
     decades = [ratio for link in measures.file.links if (ratio := _decades(measures, link))]
-    if not decades or _same_everywhere(measures):
+    if not decades or _same_everywhere(measures) or placeholder(measures):
         return None
     middle, (low, high) = median(decades), np.percentile(decades, [25, 75])
     for power, unit in INERTIA_UNITS.items():
@@ -237,6 +287,27 @@ def _same_everywhere(measures: Measures) -> bool:
     return len(values) > 2 and len(set(values)) <= 2
 
 
+PLACEHOLDER_SHARE = 0.8
+"""Share of the links that have one inertia from which it is a placeholder, and ..."""
+
+DIFFERENT_MASSES = 1.5
+"""... largest over smallest mass of these."""
+
+
+def placeholder(measures: Measures) -> tuple[float, ...] | None:
+    """Return the moments that nearly all links have, whatever their mass; None where they differ.
+
+    No unit shows in them: Gazebo and exporters write 1 kg m^2 where nothing is known.
+    """
+    links = [link for link in measures.file.links if readable(link)]
+    counts = Counter(link.moments for link in links).most_common(1)
+    if len(links) <= 2 or counts[0][1] < PLACEHOLDER_SHARE * len(links):
+        return None
+    moments = counts[0][0]
+    masses = [link.mass or 0.0 for link in links if link.moments == moments]
+    return moments if max(masses) > DIFFERENT_MASSES * min(masses) else None
+
+
 def _shape_lengths(links: Iterable[Link]) -> Iterable[float]:
     """Return lengths of boxes, cylinders and spheres, and offsets of all shapes."""
     for link in links:
@@ -255,10 +326,11 @@ def _shape_lengths(links: Iterable[Link]) -> Iterable[float]:
 
 def repair_lengths(draft: Draft) -> None:
     """Bring the joints to metres, with what is in the same unit, then what is not."""
+    _repair_angles(draft)
     measures = draft.measures
     slip, like = joint_length_slip(measures), set[str]()
     if slip is not None:
-        like = {kind for kind in WHAT if _is_like_joints(measures, kind)}
+        like = {kind for kind in ("inertials", "shapes") if _is_like_joints(measures, kind)}
         for joint in draft.root.findall("joint"):
             _scale_origin(joint, slip)
         _report(draft, slip, "origins of all joints")
@@ -270,7 +342,25 @@ def repair_lengths(draft: Draft) -> None:
     _repair_meshes(draft)
 
 
-WHAT = {"inertials": "centres of mass", "shapes": "sizes and origins of all shapes"}
+def _repair_angles(draft: Draft) -> None:
+    """Turn angles of joints' origins into radians: all, where most of them are in degrees."""
+    slip = angle_slip(draft.measures)
+    if slip is None:
+        return
+    origins = draft.root.findall("joint/origin")
+    sizes = [max(map(abs, finite(triple(x.get("rpy"))))) for x in origins]
+    large = sum(size > LARGEST_ANGLE for size in sizes)
+    every = 2 * large > sum(size > 0.0 for size in sizes)
+    for element, size in zip(origins, sizes, strict=True):
+        if size > LARGEST_ANGLE or (every and size > 0.0):
+            element.set("rpy", multiplied(element.get("rpy") or "", slip.factor))
+    _report(draft, slip, f"angles of {'all joints' if every else f'{large} joints'}")
+
+
+WHAT = {
+    "inertials": "centres of mass", "shapes": "sizes and origins of all shapes",
+    "spheres": "radii of spheres larger than the robot",
+}  # fmt: skip
 """What is scaled, by kind."""
 
 
@@ -282,6 +372,13 @@ def _is_like_joints(measures: Measures, kind: str) -> bool:
 
 
 def _scale(draft: Draft, slip: UnitSlip) -> None:
+    if slip.kind == "spheres":
+        span = draft.measures.span
+        for sphere, radius in _spheres(draft.file.links):
+            if radius > span:
+                sphere.set("radius", multiplied(sphere.get("radius") or "", slip.factor))
+        _report(draft, slip, WHAT[slip.kind])
+        return
     for link in draft.root.findall("link"):
         (_scale_inertial if slip.kind == "inertials" else _scale_shapes)(link, slip)
     _report(draft, slip, WHAT[slip.kind])
