@@ -1,0 +1,250 @@
+"""First lines name the true cause: of files, options and runs that engineers meet."""
+
+from __future__ import annotations
+
+import math
+import re
+import xml.etree.ElementTree as ET
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from broken_urdfs import Break, put
+from conftest import Run
+
+import hexapod_pin as hp
+from hexapod_pin.commands.scene_options import posture_doubt
+from hexapod_pin.control.gait_refusal import overlaps
+from hexapod_pin.errors import ParameterError, UrdfError
+from hexapod_pin.results.steady_window import Window
+from hexapod_pin.results.walk_answer import walk_answer
+from hexapod_pin.robot.description.solids import placements
+from hexapod_pin.robot.description.urdf_file import parse_urdf
+from hexapod_pin.robot.repair.find_all import check_urdf
+from hexapod_pin.robot.robot_source import urdf_path
+from hexapod_pin.text_table import WIDTH
+
+TEXT = urdf_path("kharagpur").read_text(encoding="utf-8")
+
+
+def changed(*breaks: Break) -> str:
+    """Return the text of kharagpur's URDF with changes."""
+    root = ET.fromstring(TEXT)
+    for one in breaks:
+        one(root)
+    return ET.tostring(root, encoding="unicode")
+
+
+def written(folder: Path, *breaks: Break) -> Path:
+    """Write it with changes."""
+    path = folder / "robot.urdf"
+    path.write_text(changed(*breaks), encoding="utf-8")
+    return path
+
+
+def every(tag: str, name: str, new: Callable[[float], float]) -> Break:
+    """Return a break of every number of an attribute."""
+
+    def change(root: ET.Element) -> None:
+        for element in root.iter(tag):
+            if element.get(name) is not None:
+                numbers = (new(float(x)) for x in element.get(name, "").split())
+                element.set(name, " ".join(f"{x:.12g}" for x in numbers))
+
+    return change
+
+
+def only_joints(root: ET.Element) -> None:
+    """Turn the angles of joints' origins into degrees."""
+    for origin in root.findall("joint/origin"):
+        angles = (math.degrees(float(x)) for x in origin.get("rpy", "0 0 0").split())
+        origin.set("rpy", " ".join(f"{x:.12g}" for x in angles))
+
+
+def in_assembly(root: ET.Element) -> None:
+    """Write every centre of mass, and the axes of its inertia, in the frame of the robot."""
+    file = parse_urdf(TEXT.encode(), "test")
+    places = placements(file, file.roots)
+    for link in root.findall("link"):
+        origin = link.find("inertial/origin")
+        if origin is not None:
+            turn, place = places[link.get("name", "")]
+            at = place + turn @ [float(x) for x in origin.get("xyz", "").split()]
+            origin.set("xyz", " ".join(f"{x:.12g}" for x in at))
+            yaw = math.atan2(turn[1, 0], turn[0, 0])  # frames at zero angles are turned about z
+            origin.set("rpy", f"0 0 {yaw:.12g}")
+
+
+ONE = [every("inertia", name, lambda _: 1.0) for name in ("ixx", "iyy", "izz")]
+MEND = {
+    "angles in degrees": ([only_joints], "angles look like degrees, not SI units"),
+    "coms in the assembly's frame": (
+        [in_assembly], "centres of mass look like those in the robot's frame"
+    ),
+    "foot spheres in mm": (
+        [every("sphere", "radius", lambda x: 1e3 * x)], "radii of spheres look like mm"
+    ),
+    "two tibiae of 110 t": (
+        [put(f"link {x}_tibia/inertial/mass", value="110000") for x in ("lf", "rm")],
+        "mass unlike the other legs: mass 1.1e+05 kg, 0.11 kg in other legs",
+    ),
+}  # fmt: skip
+"""What the repair brings back: the changes, and the doubt or refusal."""
+
+
+@pytest.mark.parametrize("name", MEND)
+def test_a_slip_is_named_and_the_repair_brings_the_robot_back(name: str, tmp_path: Path) -> None:
+    """All were walks with torques up to 80 % off, or "masses look like g" of two heavy links."""
+    breaks, said = MEND[name]
+    path, sound = written(tmp_path, *breaks), hp.load_robot("kharagpur")
+    try:
+        assert said in hp.load_robot(path).doubts[0]
+    except UrdfError as error:
+        assert any(said in text for text in error.findings)
+    robot = hp.load_robot(path, repair=True)
+    assert robot.doubts == ()
+    for mine, true in zip(robot.model.inertias, sound.model.inertias, strict=True):
+        assert mine.mass == pytest.approx(true.mass, rel=1e-9)
+        np.testing.assert_allclose(mine.lever, true.lever, atol=1e-8)
+        np.testing.assert_allclose(mine.inertia, true.inertia, rtol=1e-6, atol=1e-9)
+    for mine, true in zip(robot.model.jointPlacements, sound.model.jointPlacements, strict=True):
+        np.testing.assert_allclose(mine.homogeneous, true.homogeneous, atol=1e-8)
+    assert [foot.radius for foot in robot.feet] == pytest.approx([x.radius for x in sound.feet])
+
+
+DOUBTED = {
+    "placeholder inertias": (ONE, r"inertias are a placeholder, 1 kg m\^2 of 19 links"),
+    "placeholder masses": (
+        [every("mass", "value", lambda _: 1.0)], "masses are a placeholder, 1 kg in each of 19"
+    ),
+    "radians read as degrees": (
+        [every("limit", end, math.radians) for end in ("lower", "upper")],
+        "limits look like radians read as degrees: no joint turns by more than 0.049 rad",
+    ),
+    "no axis": (
+        [lambda root: [j.remove(j.find("axis")) for j in root.findall("joint")  # type: ignore
+                       if j.get("name") == "lm_femur_joint"]],
+        "lm_femur_joint: turns about 1 0 0 as it has no <axis>",
+    ),
+    "a femur on another leg's coxa": (
+        [put("joint rm_femur_joint/parent", link="rf_coxa")],
+        "rf_coxa: moves 5 joints, rm_coxa 1, 3 in other legs",
+    ),
+    "a centre of mass far off": (
+        [put("link lm_femur/inertial/origin", xyz="0.9 0 0"),
+         lambda root: [x.clear() for x in root.iter("visual")]],
+        "centre of mass outside the body: link 'lm_femur'",
+    ),
+}  # fmt: skip
+"""What only the user can correct, or what the repair assumes: the changes, and the doubt."""
+
+
+@pytest.mark.parametrize("name", DOUBTED)
+def test_a_placeholder_or_a_line_of_one_leg_is_named(name: str) -> None:
+    breaks, said = DOUBTED[name]
+    doubts = check_urdf(parse_urdf(changed(*breaks).encode(), "test")).doubts
+    assert re.search(said, doubts[0]), doubts
+
+
+def test_sound_robots_have_no_doubt() -> None:
+    for name in ("kharagpur", "athena"):
+        text = urdf_path(name).read_bytes()
+        assert check_urdf(parse_urdf(text, name)).doubts == ()
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("<!DOCTYPE html>\n<html><body><br></body></html>", "an HTML page: download the raw file"),
+        ("version https://git-lfs.github.com/spec/v1\noid sha256:0\n", "git lfs pull"),
+    ],
+)
+def test_what_was_downloaded_instead_is_named(text: str, said: str, tmp_path: Path) -> None:
+    (tmp_path / "robot.urdf").write_text(text)
+    with pytest.raises(UrdfError, match=said):
+        hp.load_robot(tmp_path / "robot.urdf")
+
+
+def test_narrow_limits_are_named_where_the_posture_is_refused(tmp_path: Path) -> None:
+    """The option --posture was named, which nobody had given."""
+    breaks = [every("limit", end, math.radians) for end in ("lower", "upper")]
+    with pytest.raises(UrdfError) as caught:
+        hp.load_robot(written(tmp_path, *breaks))
+    assert "radians read as degrees" in caught.value.findings[0]
+
+
+def test_feet_whose_meshes_are_not_found_are_guessed(tmp_path: Path) -> None:
+    """A file without its folder of meshes had only a doubt about its mass."""
+    text = re.sub(r"<(collision|hexapod_pin)\b.*?</\1>", "", changed(), flags=re.DOTALL)
+    text = re.sub(r'<(link|joint) name="\w\w_foot[^>]*>.*?</\1>', "", text, flags=re.DOTALL)
+    text = re.sub(r"<box [^>]*>", '<mesh filename="package://none/a.stl"/>', text)
+    (tmp_path / "robot.urdf").write_text(text)
+    posture = [0.0, 0.0, math.pi / 2] * 6
+    robot = hp.load_robot(tmp_path / "robot.urdf", posture=posture)
+    assert robot.doubts[0] == "feet are guessed: their meshes are not found (--package-path)"
+
+
+def test_options_in_another_unit(run: Run) -> None:
+    with pytest.raises(ParameterError, match=r"foot_radius = 20.0: .* mm\? 20 mm are 0.02 m"):
+        hp.load_robot("athena", foot_radius=20.0)
+    assert posture_doubt("a=1.57,b=-0.785") == "posture of 1.57 degrees (90 if radians are meant)"
+    assert [posture_doubt(x) for x in (None, "a=2,b=3", "a=1.5,b=40", "a=x")] == [""] * 4
+    done = run("walk", "kharagpur", "--payload", "500")
+    assert done.status == 2 and done.err.startswith("hexapod-pin: --payload = 500.0: must be at")
+    legs = ("lf", "lm", "lr", "rf", "rm", "rr")
+    radians = ",".join(f"{leg}_tibia_joint=1.57" for leg in legs)
+    done = run("walk", "kharagpur", "--posture", radians)
+    assert done.status == 2 and "degrees (90 if radians are meant)" in done.err.split(". gait")[0]
+
+
+def test_legs_that_overlap_are_one_phrase(tmp_path: Path) -> None:
+    """Sixteen pairs took eight lines."""
+    robot = hp.load_robot(written(tmp_path, every("sphere", "radius", lambda _: 0.2)))
+    found = overlaps(robot, hp.Gait.tripod(stroke=0.05, cycle_time=0.8))
+    assert len(found) == 1
+    assert re.fullmatch(r"legs lf and \w\w and \d+ more pairs stand in each other", found[0])
+
+
+GAIT = hp.KinematicControl(hp.Gait.tripod(stroke=0.05, cycle_time=0.8))
+
+
+def test_a_walk_with_fixed_steps_has_an_unknown_error() -> None:
+    """20 ms moved a coxa's peak by 12 % below "nothing at a limit"."""
+    scene = hp.Scene(hp.load_robot("kharagpur"))
+    answer = walk_answer(hp.simulate(scene, GAIT, duration=2.4, step=5e-3))
+    assert "error unknown (fixed steps of 5 ms)" in answer.headline
+    many = (
+        "heading 1.57 degrees (90 if radians are meant), turn rate 0.5 degrees/s (28.6 if radians "
+        "are meant), friction of 70 (0.7 if percent is meant)"
+    )
+    verdict = replace(answer.verdict, cautions=())
+    full = replace(answer, caution=many, verdict=verdict)
+    assert len(full.lines()) - len(full.budget.kinds) - 2 == 2  # type: ignore[union-attr]
+    assert all(len(line) <= WIDTH for line in full.lines())
+    assert "90 if radians), turn rate 0.5 degrees/s (28.6 if radians), friction" in full.headline
+
+
+def test_feet_that_sink_into_soft_ground_are_named() -> None:
+    """A stiffness in N/mm: the advice was a larger friction coefficient."""
+    contact = hp.Contact.accurate()
+    soft = contact.normal.model_copy(update={"stiffness": 1e-3 * contact.normal.stiffness})
+    scene = hp.Scene(
+        hp.load_robot("kharagpur"), contact=contact.model_copy(update={"normal": soft})
+    )
+    verdict = walk_answer(hp.simulate(scene, GAIT, duration=2.4, accuracy=1e-3)).verdict
+    said = f"{verdict.cause} {verdict.cautions}"
+    assert re.search(r"feet sink 4\d(\.\d)? ?mm", said), said
+
+
+def test_a_walk_that_goes_on_is_not_exported_but_its_plan_is(run: Run) -> None:
+    """The way out was in words of Python; one cycle was "1 whole gait cycle(s)"."""
+    scene = hp.Scene(hp.load_robot("kharagpur"))
+    hp.simulate(scene, GAIT, duration=0.1, step=1e-3).save("walk.nc")
+    done = run("export", "walk.nc", "w.yaml")
+    said = " ".join(done.err.split())
+    assert done.status == 2 and "hexapod-pin export ROBOT OUT --duration 10" in said
+    assert "hp." not in said and "write_joint_trajectory" not in said
+    counts = [Window(None, None, 0.0, 1.0, count).counted for count in (None, 1, 2)]
+    assert counts == ["", ", 1 whole gait cycle", ", 2 whole gait cycles"]
