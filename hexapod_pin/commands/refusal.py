@@ -75,7 +75,9 @@ def _kind(text: str) -> str:
     """Return the kind of a finding: between the place and the value of one of `find_all`."""
     parts = text.split(": ")
     placed = len(parts) > 2 and parts[0].partition(" ")[0] in PLACES
-    kind = (parts[1] if placed else parts[0]).partition(". ")[0]
+    named = " " not in parts[0]  # of one part, as in "lf_tibia: mass 3 kg, 0.11 kg in other legs"
+    kind = parts[1] if placed else ": ".join(parts[:2]) if named else parts[0]
+    kind = kind.partition(". ")[0]
     return kind if len(kind) <= LONGEST_KIND else kind[: LONGEST_KIND - 3].rstrip() + "..."
 
 

@@ -139,7 +139,7 @@ class WalkAnswer(Immutable):
         if verdict.doubts:
             why = ", ".join(filter(None, (verdict.cause, verdict.reason)))
             state = "walks with these numbers" if verdict.walks else f"does not: {why}"
-            cure = "--repair mends the file, `hexapod-pin check` explains"
+            cure = "--repair mends what it can, `hexapod-pin check` explains"
             if all(text.startswith("mass ") for text in verdict.doubts):
                 cure = "weigh it and state it: --repair --mass KG"
             found += folded(f"it {state}; {cure}")
