@@ -18,8 +18,10 @@ import hexapod_pin as hp
 from hexapod_pin.commands.scene_options import posture_doubt
 from hexapod_pin.control.gait_refusal import overlaps
 from hexapod_pin.errors import ParameterError, UrdfError
+from hexapod_pin.results.ground_obstacle import gravity_doubt
 from hexapod_pin.results.steady_window import Window
 from hexapod_pin.results.walk_answer import walk_answer
+from hexapod_pin.results.walk_cautions import cautions
 from hexapod_pin.robot.description.solids import placements
 from hexapod_pin.robot.description.urdf_file import parse_urdf
 from hexapod_pin.robot.repair.find_all import check_urdf
@@ -132,6 +134,10 @@ DOUBTED = {
         [put("joint rm_femur_joint/parent", link="rf_coxa")],
         "rf_coxa: moves 5 joints, rm_coxa 1, 3 in other legs",
     ),
+    "a trunk's centre of mass in cm": (
+        [put("link base_link/inertial/origin", xyz="0.2 0 0")],
+        r"the trunk's centre of mass lies 0\.2 m off the middle of the hips, which are 0\.225 m",
+    ),
     "a centre of mass far off": (
         [put("link lm_femur/inertial/origin", xyz="0.9 0 0"),
          lambda root: [x.clear() for x in root.iter("visual")]],
@@ -236,6 +242,35 @@ def test_feet_that_sink_into_soft_ground_are_named() -> None:
     verdict = walk_answer(hp.simulate(scene, GAIT, duration=2.4, accuracy=1e-3)).verdict
     said = f"{verdict.cause} {verdict.cautions}"
     assert re.search(r"feet sink 4\d(\.\d)? ?mm", said), said
+
+
+def test_gravity_that_points_up_and_exchanged_gains_are_named() -> None:
+    """A ground of "180 degrees" was too steep; peaks 100 % too large had no caution."""
+    robot = hp.load_robot("kharagpur")
+    falling = hp.simulate(hp.Scene(robot, gravity=(0.0, 0.0, 9.81)), GAIT, duration=0.1, step=1e-3)
+    assert "gravity points up, 9.81 m/s^2" in walk_answer(falling).headline
+    servo = hp.Servo(kp=4.8, kd=240.0)
+    stiff = hp.simulate(hp.Scene(robot, servo=servo), GAIT, duration=0.1, step=1e-3)
+    assert "kd 240 above kp 4.8 (exchanged?)" in cautions(stiff, None)
+    assert gravity_doubt((0.0, 0.0, -1.62)) == gravity_doubt((0.5, 0.0, -9.8)) == ""
+    assert gravity_doubt((0.0, 0.0, -981.0)) == "gravity is 981 m/s^2"
+
+
+def test_a_study_of_which_no_case_runs_says_why_first(run: Run, tmp_path: Path) -> None:
+    text = """schema = 1
+[base]
+robot = "kharagpur"
+gait = { name = "tripod", cycle_time = 0.8 }
+duration = 2.4
+[[vary]]
+input = "stroke"
+values = [60, 100]  # mm
+"""
+    (tmp_path / "study.toml").write_text(text)
+    done = run("sweep", "study.toml", "--store", "study.db")
+    assert " ".join(done.out.split()).startswith(
+        "study: none of 2 cases done: ParameterError: Gait.stroke = 60.0: must be at most 10 m; mm?"
+    )
 
 
 def test_a_walk_that_goes_on_is_not_exported_but_its_plan_is(run: Run) -> None:

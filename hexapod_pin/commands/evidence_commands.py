@@ -245,7 +245,7 @@ def verify(
         results, stopped = list(error.results or ()), error
     table, text = result_table(results), summary(results)
     text += "" if stopped is None else f"\n{stopped}"
-    echo(f"{table.text()}\n{text}")
+    echo(f"{text.strip()}\n\n{table.text()}")
     if path is not None:
         write_atomically(path, f"{table.markdown()}\n{text}\n")
         echo(f"wrote {path}")

@@ -130,6 +130,8 @@ def _print(
         text = text.removesuffix(", all walk")
     if result.done and np.isnan(result.columns["measured_speed"].values).all():
         text += "; none has a whole steady cycle: give a longer duration"
+    if failed and not result.done:
+        text = f"{result.name}: none of {len(result)} cases done: {failed[0][1]}"
     _echo(text)
     rows = len(result) if full else ROWS
     if result.done:

@@ -102,3 +102,45 @@ def _above_line(height: Array, swing: float) -> Array:
     line = windows[:, :1] + share * (windows[:, -1:] - windows[:, :1])
     found[: len(windows)] = (windows - line).max(axis=1)
     return found
+
+
+# How deep feet stand in the ground, and what pulls them there.
+
+MUCH_SUNK = 0.5
+"""Depth of a standing foot over the lift from which it is taken for the cause [-] (*assumed*)."""
+
+
+class Sinking(NamedTuple):
+    """How deep feet stand in the ground: depth and lift [m], stiffness [N/m^exponent]."""
+
+    depth: float
+    lift: float
+    stiffness: float
+    exponent: float
+
+
+def sinking(trace: Trace) -> Sinking | None:
+    """Return how deep a foot with a third of the weight stands; None where that is no matter."""
+    scene, gait = trace.run.scene, trace.run.case.controller.get("gait")
+    lift = gait.get("lift") if isinstance(gait, Mapping) else None
+    if scene is None or not isinstance(lift, int | float):
+        return None
+    law, weight = scene.contact.normal, trace.run.robot.mass * math.hypot(*trace.run.gravity)
+    depth = (weight / 3.0 / law.stiffness) ** (1.0 / law.exponent)
+    if not depth > MUCH_SUNK * lift:
+        return None
+    return Sinking(depth, float(lift), law.stiffness, law.exponent)
+
+
+UPWARDS = "gravity points up"
+
+MOST_GRAVITY = 30.0
+"""Gravity above which it is in another unit [m/s^2]: Jupiter has 24.8."""
+
+
+def gravity_doubt(gravity: tuple[float, ...]) -> str:
+    """Return that gravity [m/s^2] points up, or is none of a planet's; mostly nothing."""
+    size = math.hypot(*gravity)
+    if gravity[2] > 0.0:
+        return f"{UPWARDS}, {size:.3g} m/s^2"
+    return f"gravity is {size:.4g} m/s^2" if size > MOST_GRAVITY else ""

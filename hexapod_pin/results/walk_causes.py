@@ -11,7 +11,12 @@ import numpy as np
 from hexapod_pin.arrays import Array
 from hexapod_pin.drive.motor import HIGHEST_SPEED, most_torque
 from hexapod_pin.errors import HexapodError
-from hexapod_pin.results.ground_obstacle import find_obstacle
+from hexapod_pin.results.ground_obstacle import (
+    UPWARDS,
+    find_obstacle,
+    gravity_doubt,
+    sinking,
+)
 from hexapod_pin.results.joint_budget import LIMITED_TORQUE_SHARE
 from hexapod_pin.results.recorded_robot import RecordedRobot
 from hexapod_pin.results.run_record import RunRecord
@@ -266,6 +271,8 @@ def advice(
         lag: the joint farthest from its set-point.
         push: what pushes did.
     """
+    if (pull := gravity_doubt(trace.run.gravity)).startswith(UPWARDS):
+        return Advice(pull, f"{pull}: gravity = (0, 0, -9.81) m/s^2 points down")
     if at_start:
         return Advice(
             "its trunk lies on the ground",
@@ -396,32 +403,6 @@ def _ground_advice(trace: Trace) -> Advice | None:
             f"friction of {mu:.3g} holds up to {math.degrees(math.atan(mu)):.3g}: a less steep way",
         )
     return None
-
-
-MUCH_SUNK = 0.5
-"""Depth of a standing foot over the lift from which it is taken for the cause [-] (*assumed*)."""
-
-
-class Sinking(NamedTuple):
-    """How deep feet stand in the ground: depth and lift [m], stiffness [N/m^exponent]."""
-
-    depth: float
-    lift: float
-    stiffness: float
-    exponent: float
-
-
-def sinking(trace: Trace) -> Sinking | None:
-    """Return how deep a foot with a third of the weight stands; None where that is no matter."""
-    scene, gait = trace.run.scene, trace.run.case.controller.get("gait")
-    lift = gait.get("lift") if isinstance(gait, Mapping) else None
-    if scene is None or not isinstance(lift, int | float):
-        return None
-    law, weight = scene.contact.normal, trace.run.robot.mass * math.hypot(*trace.run.gravity)
-    depth = (weight / 3.0 / law.stiffness) ** (1.0 / law.exponent)
-    if not depth > MUCH_SUNK * lift:
-        return None
-    return Sinking(depth, float(lift), law.stiffness, law.exponent)
 
 
 def _steepest(trace: Trace) -> float:

@@ -22,6 +22,7 @@ WHOLE = ("absurd mass", "absurd size")
 """Kinds of finding of the whole robot."""
 
 IN_ROBOT_FRAME = "centres of mass in the robot's frame"
+OFF_HIPS = "trunk off its hips"
 SAME_INERTIA = "one inertia for all links"
 SAME_MASS = "one mass for all links"
 NARROW = "narrow limits"
@@ -29,6 +30,7 @@ NARROW = "narrow limits"
 
 OF_ALL = {
     IN_ROBOT_FRAME: "centres of mass look like those in the robot's frame, not in the links'",
+    OFF_HIPS: "the trunk's centre of mass lies {value}",
     SAME_INERTIA: "inertias are a placeholder, {value}",
     SAME_MASS: "masses are a placeholder, {value}",
     NARROW: "limits look like radians read as degrees: {value}",

@@ -20,7 +20,7 @@ from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile
 from hexapod_pin.robot.repair.doubts import UNLIKE
 from hexapod_pin.robot.repair.finding import Draft, Finding, number
 from hexapod_pin.robot.repair.measures import Measures
-from hexapod_pin.robot.repair.structure import trunk_root
+from hexapod_pin.robot.repair.structure import trunk_links, trunk_root
 
 FEWEST_LIKE = 4
 """Parts of which one can be unlike the others (*assumed*)."""
@@ -202,7 +202,7 @@ def _misplaced(measures: Measures) -> Iterator[Finding]:
     """Yield that one leg carries joints that another one lacks: a parent is the wrong link's."""
     file = measures.file
     root = trunk_root(file)
-    trunk = set() if root is None else set(_trunk(file, root))
+    trunk = set() if root is None else set(trunk_links(file, root))
     counts = {
         joint.child: sum(x.moves for x in _joints_below(file, joint))
         for joint in file.joints
@@ -220,15 +220,6 @@ def _misplaced(measures: Measures) -> Iterator[Finding]:
         UNLIKE, f"link {full!r}", value, "legs are alike", "correct the parent of a joint by hand",
         "suspicious", repairable=False,
     )  # fmt: skip
-
-
-def _trunk(file: UrdfFile, root: str) -> list[str]:
-    """Return the links that nothing moves relative to a root."""
-    found = [root]
-    for name in found:
-        below = (x for x in file.joints_below.get(name, ()) if not x.moves)
-        found += [x.child for x in below if x.child not in found]
-    return found
 
 
 def _joints_below(file: UrdfFile, joint: Joint) -> list[Joint]:

@@ -175,6 +175,15 @@ def trunk_root(file: UrdfFile) -> str | None:
     return max(trees, key=lambda x: (moved_joints(file, trees[x]), len(trees[x])), default=None)
 
 
+def trunk_links(file: UrdfFile, root: str) -> list[str]:
+    """Return the links that nothing moves relative to a root."""
+    found = [root]
+    for name in found:
+        below = (x for x in file.joints_below.get(name, ()) if not x.moves)
+        found += [x.child for x in below if x.child not in found]
+    return found
+
+
 def _loops(file: UrdfFile) -> Iterator[Finding]:
     reached = {name for root in file.roots for name in tree_of(file, root)}
     lost = [name for name in file.link_by_name if name not in reached]
