@@ -58,6 +58,8 @@ MUCH_ERROR = 0.1
 def _unknown_error(trace: Trace) -> tuple[str, ...]:
     """Return that a run's error is large, or not known as its steps are fixed; mostly nothing."""
     numerics = trace.run.numerics
+    if not numerics.accuracy and not numerics.step:  # of a formulation with its own steps
+        return ()
     if not numerics.accuracy:
         return (f"error unknown (fixed steps of {1e3 * numerics.step:.3g} ms)",)
     error = None if trace.error is None else trace.error.torque
