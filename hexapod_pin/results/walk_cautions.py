@@ -58,10 +58,9 @@ MUCH_ERROR = 0.1
 def _unknown_error(trace: Trace) -> tuple[str, ...]:
     """Return that a run's error is large, or not known as its steps are fixed; mostly nothing."""
     numerics = trace.run.numerics
-    if not numerics.accuracy and not numerics.step:  # of a formulation with its own steps
-        return ()
-    if not numerics.accuracy:
-        return (f"error unknown (fixed steps of {1e3 * numerics.step:.3g} ms)",)
+    if not numerics.accuracy:  # a formulation with steps of its own has neither
+        step = numerics.step
+        return (f"error unknown (fixed steps of {1e3 * step:.3g} ms)",) if step else ()
     error = None if trace.error is None else trace.error.torque
     if error is None or "torque" not in trace.recorded:
         return ()
