@@ -14,6 +14,8 @@ from conftest import Run
 from test_gait import narrow_coxae
 
 import hexapod_pin as hp
+from hexapod_pin.commands import terminal
+from hexapod_pin.commands.case_report import following_command
 from hexapod_pin.commands.scene_options import heading_doubt, slope_doubt, turn_doubt
 from hexapod_pin.ground.terrain import Ramp
 from hexapod_pin.results.ground_obstacle import SPACING, Obstacle, find_obstacle
@@ -67,7 +69,7 @@ def test_eight_lines_with_the_verdict_first(run: Run) -> None:
     )
     assert [line.split()[0] for line in lines[3:6]] == ["coxa", "femur", "tibia"]
     assert "assumed (--assumed)" in lines[6]
-    assert lines[7] == "wrote walk.nc   next: hexapod-pin select kharagpur"
+    assert lines[7] == "wrote walk.nc   next: hexapod-pin budget walk.nc --catalog"
     budget = run("budget", "walk.nc").out.splitlines()
     assert budget[:6] == lines[:6]
 
@@ -394,3 +396,15 @@ def test_a_centre_of_mass_is_outside_its_feet_where_that_lasts(monkeypatch):
     assert least(100) == 0.03
     assert least(110) == 0.05  # ten samples of 2 ms
     assert least(111) == -0.4
+
+
+def test_the_next_command_is_of_the_same_walk(monkeypatch: pytest.MonkeyPatch) -> None:
+    """`select` has its own walks: where robot or task are others, motors are ranked by the run."""
+    trace = Path("walk.nc")
+    for options, following in (
+        (["--repair", "--out=a.nc", "--quick"], "hexapod-pin select my.urdf --repair"),
+        (["--payload", "2kg"], "hexapod-pin budget walk.nc --catalog"),
+        (["--repair", "--mass=2.5"], "hexapod-pin budget walk.nc --catalog"),
+    ):
+        monkeypatch.setattr(terminal, "_arguments", ["walk", "my.urdf", *options])
+        assert following_command("my.urdf", trace, repair="--repair" in options) == following

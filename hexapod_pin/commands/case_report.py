@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -144,7 +145,7 @@ def _print_rest(
 ) -> None:  # fmt: skip
     """Print what follows the answer: doubts, files, the next command, and what was asked for."""
     print_doubts(trace, more, shown)
-    names = ", ".join(map(_near, written))
+    names = ", ".join(map(near, written))
     following = f"next: {job.following}" if job.following and answer.good else ""
     line = f"wrote {names}" if written else ""
     apart = len(line) + len(following) + 3 > WIDTH
@@ -176,7 +177,7 @@ def print_parts(trace: Trace, budget: TorqueBudget | None, shown: Shown) -> None
         echo("\n" + "\n".join(f"assumed: {text}" for text in trace.run.assumed))
 
 
-def _near(path: Path) -> str:
+def near(path: Path) -> str:
     """Return a path from the present folder, where it is in it."""
     try:
         return str(path.relative_to(Path.cwd()))
@@ -189,6 +190,23 @@ def length_of(case: Case) -> str:
     if case.until is not None:
         return "until a cycle repeats"
     return f"{case.settings.duration:g} s"
+
+
+OF_ANY_WALK = {
+    "--repair", "--out", "--html", "--no-html", "--save-case", "--quick", "--threads", "--json",
+    "--full", "--joints", "--assumed", "--verdict", "--accuracy", "--torque-accuracy", "--sample",
+    "--record", "--force", "--motor", "--voltage", "--catalog",
+}  # fmt: skip
+"""Options of `walk` with which its robot and its task are those that `select` takes of itself."""
+
+
+def following_command(robot: str, trace: Path, *, repair: bool) -> str:
+    """Return the command that ranks motors for the robot, or for a walk that `select` has not."""
+    typed = shlex.split(typed_command())
+    options = {text.partition("=")[0] for text in typed if text.startswith("-")}
+    if options <= OF_ANY_WALK:
+        return shlex.join(["hexapod-pin", "select", robot, *["--repair"] * repair])
+    return shlex.join(["hexapod-pin", "budget", near(trace), "--catalog"])
 
 
 def _stiffness_line(case: Case, trace: Trace, threads: int) -> str:

@@ -198,7 +198,12 @@ def walk(
 ) -> None:
     """Walk a robot; print its torque table; leave a trace and a playback."""
     announce(f"reading {robot}")
-    from hexapod_pin.commands.case_report import CaseToReport, length_of, run_and_report
+    from hexapod_pin.commands.case_report import (
+        CaseToReport,
+        following_command,
+        length_of,
+        run_and_report,
+    )
     from hexapod_pin.commands.output_files import PAGES, writable, writable_trace
     from hexapod_pin.commands.refusal import doubtful_file
     from hexapod_pin.control.feasible_gait import default_gait, fit_gait
@@ -307,7 +312,7 @@ def walk(
         motor=motors.record,
         repaired=repaired if doubtful else None,
         changed=changed,
-        following=f"hexapod-pin select {robot}{' --repair' * loading.repair}",
+        following=following_command(robot, trace_path, repair=loading.repair),
     )
     run_and_report(job, trace_path, html_path, shown)
 
