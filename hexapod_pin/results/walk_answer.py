@@ -386,13 +386,20 @@ def _of_limit(row: JointBudget) -> float:
 
 
 def _motor_text(kind: KindBudget, lightest: Mapping[str, LightestMotor | None]) -> str:
-    """Return the lightest motor with its use."""
+    """Return the lightest motor with its use; of a torque that a limit cuts off, so much."""
     if kind.kind not in lightest:
         return "-"
     motor = lightest[kind.kind]
     if motor is None:
         return "none of the catalogue"
-    return f"{motor.motor.partition(' at ')[0]} ({1e3 * motor.mass:.0f} g), use {motor.use:.2f}"
+    text = f"{motor.motor.partition(' at ')[0]} ({1e3 * motor.mass:.0f} g)"
+    if _of_limit(kind.peak) > CUT_OFF:
+        return f"at least {text}: torque is cut off"
+    return f"{text}, use {motor.use:.2f}"
+
+
+CUT_OFF = 99.9
+"""Peak over the joint's limit from which more would have been needed [%]."""
 
 
 def rounded(value: float, error: float | None = None) -> str:
