@@ -18,7 +18,9 @@ from hexapod_pin.commands.app import app
 from hexapod_pin.errors import MissingPackageError, ParameterError, TraceFileError, UrdfError
 from hexapod_pin.interchange.mjcf_text import body_name
 from hexapod_pin.robot.loading.load_options import LoadOptions
+from hexapod_pin.robot.robot_source import urdf_path
 from hexapod_pin.scene.scene import loaded_model
+from tests.test_mesh_file import binary_stl
 
 mujoco = pytest.importorskip("mujoco")
 
@@ -288,6 +290,38 @@ def test_without_mujoco_the_extra_is_named(tmp_path: Path, monkeypatch: Any) -> 
     path = foreign(tmp_path)
     with pytest.raises(MissingPackageError, match=re.escape("hexapod-pin[mujoco]")):
         hp.load_robot(path)
+
+
+def test_meshes_in_given_folders_are_written_and_missing_ones_are_reported(
+    tmp_path: Path, monkeypatch: Any
+) -> None:
+    """The folders of the robot's options, of the call and of the command; one note without."""
+    monkeypatch.chdir(tmp_path)
+    mesh = '<visual><geometry><mesh filename="package://parts/trunk.stl"/></geometry></visual>'
+    text = urdf_path("kharagpur").read_text()
+    Path("robot").mkdir()
+    Path("robot/robot.urdf").write_text(
+        text.replace('<link name="base_link">', f'<link name="base_link">{mesh}')
+    )
+    parts = tmp_path / "elsewhere" / "parts"
+    parts.mkdir(parents=True)
+    parts.joinpath("trunk.stl").write_bytes(binary_stl([0] * 4))
+    bare = hp.load_robot("robot/robot.urdf")
+    path = hp.interchange.write_mjcf(bare, "bare.xml")
+    (remark,) = (line for line in path.read_text().splitlines() if "trunk.stl" in line)
+    assert "1 mesh is not in this file" in remark and not list(tmp_path.glob("*.stl"))
+    hp.interchange.write_mjcf(bare, "call.xml", package_path=["elsewhere"])
+    loaded = hp.load_robot("robot/robot.urdf", package_path=["elsewhere"])
+    hp.interchange.write_mjcf(loaded, "options.xml")
+    words = ["export", "robot/robot.urdf", "command.xml", "--gait", "none"]
+    done = CliRunner().invoke(app, [*words, "--package-path", "elsewhere"])
+    assert done.exit_code == 0 and "trunk.stl" not in done.output
+    for name in ("call", "options", "command"):
+        assert Path(f"{name}_mesh_0.stl").exists(), name
+        assert mujoco.MjModel.from_xml_path(f"{name}.xml").nmesh == 1
+    done = CliRunner().invoke(app, words)
+    (note,) = (line for line in done.output.splitlines() if "trunk.stl" in line)
+    assert note.startswith("note: 1 mesh") and "--package-path FOLDER" in note
 
 
 def test_export_command(tmp_path: Path, monkeypatch: Any) -> None:

@@ -17,6 +17,8 @@ from hexapod_pin.commands.options import (
     OptionalText,
     given,
     import_code,
+    option_names,
+    spelt_in_options,
     with_groups,
 )
 from hexapod_pin.commands.terminal import announce, echo
@@ -175,16 +177,20 @@ class Source:
 
 def _mjcf(source: Source, path: Path) -> list[str]:
     """Write MJCF, and report what it does not have."""
-    from hexapod_pin.interchange.mjcf import mjcf_losses, write_mjcf
+    from hexapod_pin.interchange.mjcf import write_mjcf_with_notes
 
     scene, controller, duration = source.walk
     rate = RATE if source.rate is None else source.rate
-    write_mjcf(scene, path, controller=controller, duration=duration, rate=rate)
+    _, notes = write_mjcf_with_notes(
+        scene, path, controller=controller, duration=duration, rate=rate,
+        package_path=source.options.package_path,
+    )  # fmt: skip
+    options = option_names(source.context.command)
     planned = "" if controller is None else f" and the plan of {duration:g} s at {rate:g} Hz"
     robot = scene.robot
     return [
         *(f"repaired: {text}" for text in robot.repaired),
-        *(f"note: {text}" for text in mjcf_losses(scene)),
+        *(f"note: {spelt_in_options(text, options)}" for text in notes),
         f"wrote {path}: {robot.name}, keyframe 0 the standing posture{planned}",
     ]
 

@@ -25,7 +25,7 @@ from hexapod_pin.interchange.mjcf_text import (
     mjcf_text,
 )
 from hexapod_pin.robot.description.urdf_writer import number, numbers
-from hexapod_pin.robot.link_shapes import resources_of
+from hexapod_pin.robot.reading.resources import ResourceFinder
 from hexapod_pin.robot.robot import Robot
 from hexapod_pin.scene.scene import Scene, standing_on
 from hexapod_pin.user_file import user_path
@@ -63,13 +63,15 @@ def write_mjcf(
     duration: float = 10.0,
     rate: float = 50.0,
     drawn: bool = True,
+    package_path: Sequence[str | Path] = (),
 ) -> Path:
     """Write a robot as MJCF, which MuJoCo opens and walks.
 
     Written are the floating base, the ground, the bodies with the masses of the scene's loads,
     joint limits, damping, dry friction and rotor inertia, the feet's spheres with the coefficient
     of friction, a position actuator per joint with the gains and the torque limit of its servo,
-    the shapes of the links, and keyframes. Meshes are files beside it, NAME_mesh_0.stl and so on.
+    the shapes of the links, and keyframes. Meshes are files beside it, NAME_mesh_0.stl and so on;
+    where some are not found, a comment of the file says so, and what is drawn instead.
 
     Keyframe 0 is the standing posture. With a controller the planned walk follows, a keyframe
     every 1 / rate from t = 0 on. A keyframe's `qpos` has the planned pose of the base, as on even
@@ -84,6 +86,8 @@ def write_mjcf(
         duration: of the walk [s].
         rate: keyframes per second [Hz].
         drawn: whether the shapes of the links are written; without them only feet are seen.
+        package_path: folders in which meshes are looked for first; then those that the robot was
+            loaded with.
 
     Returns:
         The path written to.
@@ -94,6 +98,19 @@ def write_mjcf(
         GaitError, ReachError: the robot cannot walk so.
         TraceFileError: the file or a mesh cannot be written.
     """
+    written, _ = write_mjcf_with_notes(
+        scene, path, controller=controller, duration=duration, rate=rate, drawn=drawn,
+        package_path=package_path,
+    )  # fmt: skip
+    return written
+
+
+def write_mjcf_with_notes(
+    scene: Scene | Robot, path: str | Path, *,
+    controller: Controller | FeedbackController | Gait | None, duration: float, rate: float,
+    drawn: bool = True, package_path: Sequence[str | Path] = (),
+) -> tuple[Path, list[str]]:  # fmt: skip
+    """Write as `write_mjcf`; also return a sentence on each part that the file does not have."""
     if isinstance(scene, Robot):
         scene = Scene(scene)
     target = user_path(path)
@@ -104,14 +121,17 @@ def write_mjcf(
         walk = KinematicControl(controller) if isinstance(controller, Gait) else controller
         keyframes += walk_keyframes(scene, walk, duration, rate)
     prefix = f"{target.stem}_"
-    shapes = drawn_robot(scene.robot, prefix) if drawn else DrawnRobot(NOTHING_DRAWN, {}, ())
+    shapes = DrawnRobot(NOTHING_DRAWN, {}, ())
+    if drawn:
+        shapes = drawn_robot(scene.robot, prefix, package_path)
+    notes = [*mjcf_losses(scene), *_missing_meshes(shapes.notes)]
     text = mjcf_text(
         scene, JointDrives.of(scene.robot, scene.servos), OPTIONS, drawn=shapes.drawn,
-        keyframes=keyframes, remarks=[*_head(scene), *mjcf_losses(scene), *shapes.notes],
+        keyframes=keyframes, remarks=[*_head(scene), *notes],
     )  # fmt: skip
     for name, content in shapes.files.items():
         write_atomically(target.with_name(name), content)
-    return write_atomically(target, text)
+    return write_atomically(target, text), notes
 
 
 def _head(scene: Scene) -> list[str]:
@@ -148,6 +168,18 @@ def mjcf_losses(scene: Scene) -> list[str]:
     if any(foot.radius <= 0.0 for foot in scene.robot.feet):
         found.append("point feet are spheres of 0.01 mm")
     return found
+
+
+def _missing_meshes(reasons: Sequence[str]) -> list[str]:
+    """Return one sentence on the meshes that are not drawn, with the reason of the first."""
+    if not reasons:
+        return []
+    what = "1 mesh is" if len(reasons) == 1 else f"{len(reasons)} meshes are"
+    first = "" if len(reasons) == 1 else "the first: "
+    return [
+        f"{what} not in this file, and a body without another shape is drawn as rods of an assumed "
+        f"thickness; {first}{reasons[0]}"
+    ]
 
 
 # Keyframes: the standing posture, and a planned walk.
@@ -243,7 +275,7 @@ class DrawnRobot(NamedTuple):
     notes: Sequence[str]
 
 
-def drawn_robot(robot: Robot, prefix: str) -> DrawnRobot:
+def drawn_robot(robot: Robot, prefix: str, package_path: Sequence[str | Path] = ()) -> DrawnRobot:
     """Return the shapes that a playback shows, as MuJoCo has them.
 
     Boxes, cylinders and spheres are as the robot's file has them; meshes are decimated as in a
@@ -252,9 +284,11 @@ def drawn_robot(robot: Robot, prefix: str) -> DrawnRobot:
     Args:
         robot: the robot.
         prefix: with which the names of the mesh files begin, which lie beside the model.
+        package_path: folders in which meshes are looked for before those of the robot's options.
     """
+    finder = ResourceFinder(robot.source, (*package_path, *robot.options.get("package_path", ())))
     feet = {foot.name: foot.radius for foot in robot.feet}
-    shapes = RobotShapes(robot.urdf, feet, finder=resources_of(robot), store=MeshStore())
+    shapes = RobotShapes(robot.urdf, feet, finder=finder, store=MeshStore())
     meshes = _Meshes(prefix)
     geoms = {
         body: [text for shape in drawn if (text := _geom(shape, meshes))]
