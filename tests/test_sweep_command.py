@@ -63,7 +63,7 @@ def test_the_table_has_ten_rows_and_csv_files_the_columns_that_are_named(
     assert max(len(line) for line in out.splitlines() if "/" not in line) <= WIDTH
     head, *rows = Path("a.csv").read_text().splitlines()
     kinds = [f"kind_torque_peak.{kind} [N m]" for kind in ("coxa", "femur", "tibia")]
-    assert head.split(",") == ["case", "walks", *kinds] and len(rows) == 6
+    assert head.split(",") == ["case", "payload [kg]", "mu", "walks", *kinds] and len(rows) == 6
     found = hp.study.open_sweep("study.db")
     peak = found.columns["kind_torque_peak"].values.max(axis=1)
     largest = sorted(np.argsort(-peak, kind="stable")[:2].tolist())
@@ -131,6 +131,8 @@ def test_ctrl_c_ends_with_130_and_says_what_is_kept(
         (["study.toml", "--chunk", "0"], "--chunk = 0: must be a whole number"),
         (["study.toml", "--processes", "1", "--scheduler", "tcp://x"], "one of them"),
         (["study.toml", "--import", "none.py"], "none.py"),
+        (["study.toml", "--out", "a.csv", "--columns", "walks,peak"], "no column named 'peak'"),
+        (["study.toml", "--out", "a.csv", "--columns", "path"], "no column named 'path'"),
     ],
 )
 def test_refusals_are_one_message(study: Path, capsys: Any, words: list[str], said: str) -> None:

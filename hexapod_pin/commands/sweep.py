@@ -63,7 +63,7 @@ def sweep(
     columns: Annotated[
         OptionalText,
         typer.Option(
-            help="Of a .csv file: only these, separated by commas, such as "
+            help="Of a .csv file: only these beside the inputs, separated by commas, such as "
             "walks,kind_torque_peak. Default: all."
         ),
     ] = None,
@@ -75,7 +75,7 @@ def sweep(
     """Run all cases of a study; what is finished is stored whatever happens."""
     announce(f"reading {study}")
     from hexapod_pin.study.runs import run_sweep
-    from hexapod_pin.study.runs.sweep_result import ENDINGS
+    from hexapod_pin.study.runs.sweep_result import ENDINGS, require_columns
     from hexapod_pin.study.sweep import load_sweep
 
     store = writable("--store", Path(f"{study.stem}.db") if store is None else store)
@@ -86,6 +86,7 @@ def sweep(
     found = load_sweep(study)
     if columns is not None and (out is None or out.suffix.lower() != ".csv"):
         raise ParameterError("--columns", columns, "given with --out FILE.csv")
+    require_columns(comma_list(columns) or (), [{"name": item.name} for item in found.inputs])
     begin = time.perf_counter()
     with time_left_bar("sweeping") as bar:
         result = run_sweep(

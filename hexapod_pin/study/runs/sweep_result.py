@@ -176,7 +176,8 @@ class SweepResult:
 
         Args:
             path: of the file.
-            columns: of a CSV file: variables to write, beside the index of the case; None: all.
+            columns: of a CSV file: variables to write, beside the index of the case and the
+                inputs; None: all.
 
         Raises:
             TraceFileError: another ending, or the file cannot be written; an old one is intact.
@@ -185,9 +186,11 @@ class SweepResult:
         form = check_ending(path, ENDINGS)
         made, attributes = self.columns, self.attributes
         if form in CSV:
+            known = [name for name, column in made.items() if _in_csv(name, column)]
             for name in columns or ():
-                require_known("column", name, list(made))
-            chosen = None if columns is None else {CASE, *columns}
+                require_known("column", name, known)
+            inputs = coordinate_names(self.inputs).values()
+            chosen = None if columns is None else {CASE, *inputs, *columns}
             return write_atomically(path, sweep_csv(made, chosen))
         names = coordinate_names(self.inputs).values()
         return write_netcdf(path, made, {**attributes, "coordinates": " ".join(names)})
@@ -214,6 +217,9 @@ def open_sweep(path: str | Path) -> SweepResult:
 
 CASE = "case"
 TITLE = "hexapod_pin sweep"
+
+COUNTER = "count_"
+"""How the columns of the integration's counters begin."""
 
 
 def sweep_columns(found: StoredSweep) -> dict[str, Column]:
@@ -310,7 +316,7 @@ def _kinds(found: StoredSweep) -> list[str]:
 
 def _of_kinds(found: StoredSweep, name: str, one: Quantity, values: Array) -> dict[str, Column]:
     """Return what the joints of each kind come to: the largest size, the sum of energies."""
-    if one.axes != ("joint",) or not one.by_kind:
+    if not _has_kinds(one):
         return {}
     kinds, own, summed = _kinds(found), found.kinds, one.by_kind == "sum"
     of_joint = np.array([kinds.index(own[joint]) for joint in found.place("joints")], dtype=int)
@@ -325,6 +331,10 @@ def _of_kinds(found: StoredSweep, name: str, one: Quantity, values: Array) -> di
     return {f"kind_{name}": Column((CASE, "kind"), filled, about)}
 
 
+def _has_kinds(one: Quantity) -> bool:
+    return one.axes == ("joint",) and bool(one.by_kind)
+
+
 def _counters(found: StoredSweep) -> dict[str, Column]:
     """Return the counters of the integration."""
     names = dict.fromkeys(name for one in found.counters.values() for name in one)
@@ -334,7 +344,7 @@ def _counters(found: StoredSweep) -> dict[str, Column]:
         for number, one in found.counters.items():
             values[number] = one.get(name, np.nan)
         about = {"units": "1", "long_name": f"counter of the integration: {name}"}
-        made[f"count_{name}"] = Column((CASE,), values, about)
+        made[COUNTER + name] = Column((CASE,), values, about)
     return made
 
 
@@ -354,7 +364,7 @@ def sweep_csv(made: Mapping[str, Column], chosen: Container[str] | None = None) 
     along = {
         name: column
         for name, column in made.items()
-        if column.dims[:1] == (CASE,) and name != PATH and (chosen is None or name in chosen)
+        if _in_csv(name, column) and (chosen is None or name in chosen)
     }
     order = sorted(along, key=lambda name: (name != CASE, len(along[name].dims)))
     parts = {name: column for name in order for column in [along[name]]}
@@ -371,6 +381,33 @@ def sweep_csv(made: Mapping[str, Column], chosen: Container[str] | None = None) 
         for rows in zip(*some, strict=True):
             writer.writerow([_cell(value) for row in rows for value in row])
     return content.getvalue()
+
+
+def _in_csv(name: str, column: Column) -> bool:
+    return column.dims[:1] == (CASE,) and name != PATH
+
+
+def require_columns(columns: Iterable[str], inputs: Iterable[Mapping[str, Any]]) -> None:
+    """Refuse columns of a CSV file that no sweep of these inputs has, before its cases are run.
+
+    Which counters there are is known from the runs alone: any name that begins with `count_` passes
+    here.
+
+    Args:
+        columns: names.
+        inputs: what the study varies, as of `SweepResult.inputs`.
+
+    Raises:
+        UnknownNameError: there is no such column.
+    """
+    from hexapod_pin.study.runs.outcome import quantities
+
+    own = quantities()
+    kinds = [f"kind_{name}" for name, one in own.items() if _has_kinds(one)]
+    known = [CASE, *coordinate_names(inputs).values(), *own, *kinds, "reason", "verdict"]
+    for name in columns:
+        if not name.startswith(COUNTER):
+            require_known("column", name, known)
 
 
 def _heads(name: str, column: Column, made: Mapping[str, Column]) -> Iterator[str]:
