@@ -341,6 +341,8 @@ def test_a_tick_that_there_is_not_is_refused(plan: hp.motion.WalkPlan, tmp_path:
         write("dynamixel-x", mounts={"knee": mount(1)})
     with refused(UnknownNameError, kind="servo", name="dynamixel"):
         write("dynamixel")
+    with refused(ParameterError, "write_servo_ticks.duration", 0.5, about=("at least",)):
+        hp.interchange.write_servo_ticks(plan, path, "dynamixel-x", duration=0.5)
     for odd in (0, 2, -3):
         with refused(ParameterError, "ServoMount.sign", odd):
             mount(1, sign=odd)

@@ -160,7 +160,13 @@ def joint_samples(
     if not 1.0 / rate <= length <= most:
         allowed = f"{1.0 / rate:g} to {most:g} s, of this motion at this rate"
         raise ParameterError(f"{where}.duration", length, allowed)
-    robot, curve, rates, what = _motion(source, length)
+    try:
+        robot, curve, rates, what = _motion(source, length)
+    except ParameterError as error:
+        if error.name != "stop_at":  # as the walk of a plan names its end
+            raise
+        hint = "The walk starts and ends at rest."
+        raise ParameterError(f"{where}.duration", length, error.allowed, hint) from None
     count = int(np.floor(length * rate * (1.0 + 1e-12))) + 1
     time = np.arange(count) / rate
     middle = 0.5 * (time[1:] + time[:-1])
