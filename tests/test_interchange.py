@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -288,6 +289,21 @@ def test_servos_count_as_their_makers_say(name: str) -> None:
     if name in FASTEST:
         assert servo.speed_limit * 60 / (2 * math.pi) == pytest.approx(FASTEST[name], rel=0.005)
     assert abs(servo.center - 0.5 * (servo.least + servo.most)) <= 0.5
+
+
+def test_a_model_that_the_page_names_is_of_its_series() -> None:
+    from hexapod_pin.interchange.servo_ticks import _named
+
+    page = Path(__file__).parents[1] / "docs" / "on_a_robot.md"
+    rows = re.findall(r"`([a-z]+-[a-z0-9]+)` \(([A-Z][^)]+)\)", page.read_text())
+    named = [(series, model) for series, models in rows for model in models.split(", ")]
+    named = [(series, model) for series, model in named if model != "protocol 1.0"]
+    assert ("feetech-sts", "STS3215") in named and len(named) == 12
+    named += [("dynamixel-x", "xm430-w350-t"), ("lewansoul-lx16a", "LX16A")]
+    for series, model in named:
+        assert _named(model).name == series
+    with refused(UnknownNameError, kind="servo", name="MX-28(2.0)"):  # its register counts else
+        _named("MX-28(2.0)")
 
 
 def test_ticks_give_the_planned_angles_back(plan: hp.motion.WalkPlan, tmp_path: Path) -> None:

@@ -47,6 +47,7 @@ class BusServo(Immutable):
         speed_unit: of the register that limits its speed [rad/s]; of one without, infinite.
         speed_most: largest value of that register [-].
         source: of these numbers.
+        models: of the series, by the names that their makers give them.
 
     Raises:
         ParameterError: a number out of range.
@@ -61,6 +62,7 @@ class BusServo(Immutable):
     speed_unit: Unbounded
     speed_most: int
     source: str
+    models: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse numbers that make no servo."""
@@ -95,30 +97,36 @@ SERVOS: Mapping[str, BusServo] = {
             "dynamixel-x", 4096, TURN, 2048, 0, 4095, 0.229 * RPM, 1023,
             "emanual.robotis.com/docs/en/dxl/x/xl430-w250: Goal Position(116), Velocity Limit(44); "
             "XL430, XC430, XM430, XH430, XM540, XH540 alike",
+            ("XL430", "XC430", "XM430", "XH430", "XM540", "XH540"),
         ),
         BusServo(
             "dynamixel-mx", 4096, TURN, 2048, 0, 4095, 0.114 * RPM, 1023,
             "emanual.robotis.com/docs/en/dxl/mx/mx-64: Goal Position(30), Moving Speed(32); MX-28, "
             "MX-64 and MX-106 with protocol 1.0",
+            ("MX-28", "MX-64", "MX-106"),
         ),
         BusServo(
             "dynamixel-ax", 1023, math.radians(300.0), 512, 0, 1023, 0.111 * RPM, 1023,
             "emanual.robotis.com/docs/en/dxl/ax/ax-12a: Goal Position(30), Moving Speed(32); "
             "AX-12A, AX-18A",
+            ("AX-12A", "AX-18A"),
         ),
         BusServo(
             "dynamixel-xl320", 1023, math.radians(300.0), 512, 0, 1023, 0.111 * RPM, 1023,
             "emanual.robotis.com/docs/en/dxl/x/xl320: Goal Position(30), Moving Speed(32)",
+            ("XL-320",),
         ),
         BusServo(
             "feetech-sts", 4096, TURN, 2048, 0, 4095, TURN / 4096, 3400,
             "Feetech, memory table of SMS/STS servos: goal position (42), running speed (46) in "
             "steps in a second; STS3215",
+            ("STS3215",),
         ),
         BusServo(
             "lewansoul-lx16a", 1000, math.radians(240.0), 500, 0, 1000, math.inf, 1,
             "LewanSoul/Hiwonder, LX-16A bus servo communication protocol: SERVO_MOVE_TIME_WRITE, "
             "0 to 1000 for 0 to 240 degrees, a time in the place of a speed",
+            ("LX-16A",),
         ),
     )
 }  # fmt: skip
@@ -173,7 +181,8 @@ def write_servo_ticks(
             set-points are written.
         path: ends in .csv.
         servo: "dynamixel-x", "dynamixel-mx", "dynamixel-ax", "dynamixel-xl320", "feetech-sts",
-            "lewansoul-lx16a", or one of your own.
+            "lewansoul-lx16a", a model of one of them such as "STS3215" or "XM430-W350", or one of
+            your own.
         mounts: of joints by name; joints without one get the ids that are left from 1 on, sign 1
             and offset 0, *assumed*.
         rate: rows in a second [1/s].
@@ -209,9 +218,20 @@ def write_servo_ticks(
 def _named(servo: str | BusServo) -> BusServo:
     if isinstance(servo, BusServo):
         return servo
-    if servo not in SERVOS:
-        raise UnknownNameError("servo", servo, list(SERVOS))
-    return SERVOS[servo]
+    if servo in SERVOS:
+        return SERVOS[servo]
+    for one in SERVOS.values():
+        if any(_is_model(servo, model) for model in one.models):
+            return one
+    models = [model for one in SERVOS.values() for model in one.models]
+    raise UnknownNameError("servo", servo, [*SERVOS, *models])
+
+
+def _is_model(name: str, model: str) -> bool:
+    """Return whether a name is a model's: in any case, with or without "-", and its winding."""
+    given, known = name.strip().upper(), model.replace("-", "")
+    variant = given.startswith((f"{model}-", f"{known}-"))  # as the W350-T of XM430-W350-T
+    return variant or given.replace("-", "").replace(" ", "") == known
 
 
 def _mounts(
