@@ -142,6 +142,21 @@ def test_refusals_are_one_message(study: Path, capsys: Any, words: list[str], sa
     assert sorted(path.name for path in study.parent.iterdir()) == ["study.toml"]
 
 
+def test_page_and_help_state_the_defaults_of_the_code(capsys: Any) -> None:
+    from hexapod_pin.commands import walk
+    from hexapod_pin.study.sweep import base_case
+
+    page = (Path(__file__).parents[1] / "docs" / "sweeps.md").read_text()
+    row = next(line for line in page.splitlines() if line.startswith("| `duration` |"))
+    assert f" {base_case.LEAST_DURATION:g} s, or four cycles" in row
+    assert f"(`walk`: {walk.LEAST_DURATION:g} s)" in row
+    said = "the name of the study's file with .db, in the current folder"
+    assert said in page.replace("`", "")
+    assert _run("--help") == 0
+    help_text = " ".join(capsys.readouterr().out.replace("│", " ").split())
+    assert said in help_text
+
+
 STIFF = '\n[[vary]]\ninput = "servo_stiffness"\nvalues = [1.0, 2.0]\n'
 TWO = PAYLOADS + STIFF
 

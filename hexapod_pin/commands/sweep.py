@@ -45,7 +45,10 @@ def sweep(
     study: Annotated[Path, typer.Argument(help="A study file (study.toml).")],
     store: Annotated[
         OptionalPath,
-        typer.Option(help="SQLite file that keeps every finished case; default: STUDY.db."),
+        typer.Option(
+            help="SQLite file that keeps every finished case; default: the name of the study's "
+            "file with .db, in the current folder."
+        ),
     ] = None,
     out: Annotated[
         OptionalPath, typer.Option(help="Dataset to write: .nc, .h5, .hdf5, or .csv as a table.")

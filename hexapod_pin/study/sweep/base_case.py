@@ -58,7 +58,7 @@ WALKED_CYCLES = 4
 
 
 class BaseWalk(Spec):
-    """A walk in short; what is left out is as in `hexapod-pin walk`.
+    """A walk in short; what is left out is as in `hexapod-pin walk`, but duration and sample.
 
     Attributes:
         robot: name of a robot in the package, or the path of a file.
