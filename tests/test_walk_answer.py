@@ -296,6 +296,8 @@ def test_obstacles_stand_above_the_line_between_footholds() -> None:
     ("option", "text", "said"),
     [
         ("--terrain", "moon", "stairs:RISE"), ("--terrain", "stairs:x", "a number instead of 'x'"),
+        ("--terrain", "stair:0.02", "with its numbers. Did you mean 'stairs'?"),
+        ("--terrain", "stairs", "or a TOML file with its numbers.\n"),
         ("--terrain", "bumps:0.02:a", "the seed an integer"),
         ("--terrain", "none.toml", "none.toml"), ("--payload", "heavy", "a number instead of"),
         ("--push", "20N", "FORCE@TIME"), ("--lost-leg", "xx", "xx"),

@@ -6,6 +6,7 @@ Every text stands for what a case file says in full; `--save-case` writes that.
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -23,6 +24,9 @@ TERRAIN_HELP = (
     "bumps:HEIGHT or bumps:HEIGHT:SEED [m]; a ground of an installed package, as "
     "NAME or NAME:KEY=NUMBER,...; or a TOML file with its numbers."
 )
+
+OWN_GROUNDS = ("flat", "slope", "stairs", "bumps")
+"""Grounds that need no file or package."""
 
 TREAD = 0.3
 """Depth of a step of `stairs` [m]."""
@@ -48,7 +52,8 @@ def read_terrain_option(text: str | None) -> AnyTerrain | None:
     from hexapod_pin.ground.terrain import Flat, HeightField, Slope, Stairs, read_terrain
     from hexapod_pin.plugins import TERRAINS, plugin_names
     from hexapod_pin.spec import read_toml
-    from hexapod_pin.user_file import read_text
+    from hexapod_pin.study.sweep.fields import suggestion
+    from hexapod_pin.user_file import read_text, user_path
 
     kind, *given = text.split(":")
     if kind == "flat" and not given:
@@ -69,8 +74,10 @@ def read_terrain_option(text: str | None) -> AnyTerrain | None:
         )
     if kind in plugin_names(TERRAINS):
         return read_terrain({"kind": kind, **dict(_settings(text, ":".join(given)))})
-    if not Path(text).suffix:
-        raise ParameterError("--terrain", text, "one of: " + TERRAIN_HELP)
+    if ":" in text and not os.path.isfile(user_path(text)) or not Path(text).suffix:
+        known = (*OWN_GROUNDS, *plugin_names(TERRAINS))
+        hint = suggestion(kind, known) if kind not in known else ""
+        raise ParameterError("--terrain", text, "one of: " + TERRAIN_HELP.rstrip("."), hint)
     data = read_toml(read_text(Path(text), "terrain file"))
     return read_terrain(data.get("terrain", data))
 
