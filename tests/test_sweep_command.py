@@ -41,7 +41,9 @@ def test_it_leaves_store_dataset_and_figure(study: Path, capsys: Any) -> None:
     out, err = capsys.readouterr()
     lines = out.splitlines()
     assert lines[0] == "short walks: 6 of 6 cases done, all walk" and not err
-    assert lines[2].split()[:4] == ["case", "[kg]", "mu", "[m/s]"] and len(lines) <= 14
+    assert lines[1].split() == ["slip", "per", "coxa", "femur", "tibia"]
+    assert lines[2].split() == ["payload", "speed", "cycle", "peak", "peak", "peak"]
+    assert lines[3].split()[:4] == ["case", "[kg]", "mu", "[m/s]"] and len(lines) <= 15
     assert "6 cases run in " in out and "store: " in out
     found = hp.study.open_sweep("study.db")
     with xarray.open_dataset("a.nc", engine="h5netcdf") as opened:

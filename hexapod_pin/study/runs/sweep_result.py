@@ -440,7 +440,8 @@ def sweep_table(result: SweepResult, rows: int) -> Table:
     largest = np.nan_to_num(peak, nan=-1.0).max(axis=1)
     order = np.argsort(-largest, kind="stable")[: min(rows, result.done)]
     head = ["case", *(_two_lines(*one) for one in zip(inputs, units, strict=True)),
-            "speed\n[m/s]", "slip\n[m]", *(f"{kind}\n[N m]" for kind in kinds)]  # fmt: skip
+            "speed\n[m/s]", "slip per\ncycle\n[m]",
+            *(f"{kind}\npeak\n[N m]" for kind in kinds)]  # fmt: skip
     slip = made["slip_distance"].values.sum(axis=1)
     found: list[list[Cell]] = []
     for k in sorted(order.tolist()):
