@@ -327,7 +327,7 @@ def _slip(slip: Slip) -> str:
         return ""
     most = max(slip.per_metre, key=slip.per_metre.__getitem__)
     most_text = f"{100.0 * slip.per_metre[most]:.2g} %"
-    return f"{100.0 * slip.total:.2g} % of the way, all feet; most {most}, {most_text}"
+    return f"{100.0 * slip.total:.2g} % of the steady way, all feet; most {most}, {most_text}"
 
 
 def _own_motor(motor: Motor | Mapping[str, Motor] | None) -> str:

@@ -62,7 +62,7 @@ def worst_instants(
         k = _arg(np.abs(values), inside)
         found.append(_row(key, f"trunk {key}", values[k], "rad", trace.time[k]))
     for name, during in disturbances(trace):
-        found += _disturbance_rows(trace, name, during, margin if feet else None, slides)
+        found += _disturbance_rows(trace, limits, name, during, margin if feet else None, slides)
     return [row for row in found if math.isfinite(row["time"])]
 
 
@@ -85,10 +85,10 @@ def disturbances(trace: Trace) -> list[tuple[str, tuple[float, float]]]:
 
 
 def _disturbance_rows(
-    trace: Trace, name: str, during: tuple[float, float], margin: Array | None,
+    trace: Trace, limits: Limits, name: str, during: tuple[float, float], margin: Array | None,
     slides: Collection[int],
 ) -> list[dict[str, Any]]:  # fmt: skip
-    """Return the largest torque, the least margin and the lowest trunk while something acts."""
+    """Return the largest torque and use, least margin and lowest trunk while something acts."""
     inside = (trace.time >= during[0]) & (trace.time <= during[1])
     if not inside.any():
         return []
@@ -99,6 +99,11 @@ def _disturbance_rows(
         k, joint = _largest(sizes, turning, inside)
         found.append(_row(f"{name} torque", f"{name}: torque", sizes[k, joint], "N m",
                           trace.time[k], joint=joint, **more))  # fmt: skip
+        use = limits.use(trace.torque, trace.v[:, 6:])
+        k, joint = _largest(use, turning, inside)
+        if use[k, joint] > 0.0:
+            found.append(_row(f"{name} use", f"{name}: use of limit", use[k, joint], "1",
+                              trace.time[k], joint=joint, **more))  # fmt: skip
     lowest = [("margin", "least margin", margin), ("height", "lowest trunk", trace.q[:, 2])]
     for key, what, values in lowest:
         if values is not None:

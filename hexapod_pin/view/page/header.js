@@ -187,7 +187,8 @@ function spreadOf(row) {
 // The change of a number: of its size, where its sign is a direction; none of a margin that is used up.
 function changeOf(row, other) {
   if (!other?.value || !row.value || (/margin|height/.test(row.key) && (row.value < 0 || other.value < 0))) return "";
-  return `${(100 * (Math.abs(other.value / row.value) - 1)).toFixed(1).replace("-", "\u2212")} %`;
+  const change = 100 * (Math.abs(other.value / row.value) - 1);
+  return `${change > 0 ? "+" : ""}${change.toFixed(1).replace("-", "\u2212")} %`;
 }
 
 // What a row of the table is about at a sample; null where it is none of its numbers.
