@@ -395,3 +395,14 @@ def test_a_push_before_the_steady_part_is_judged(force: float, thrown_off: bool)
     assert (f"threw it {verdict.push.offset:.3g} m off its track" in headline) == thrown_off
     assert (verdict.push.line in headline) != thrown_off
     assert hp.walk_verdict(synthetic_trace()).push is None
+
+
+def test_a_push_by_a_torque_has_no_force_in_words() -> None:
+    """Such a push tips the robot over; no number of newtons describes it."""
+    push = hp.Push("base_link", torque=(40.0, 0.0, 0.0), start=0.5, duration=0.3)
+    scene = hp.Scene(hp.load_robot("kharagpur"), loads=(push,))
+    trace = hp.simulate(scene, hp.KinematicControl(hp.Gait.tripod()), duration=2.0, estimate=False)
+    verdict = hp.walk_verdict(trace)
+    assert not verdict.walks and verdict.fall is not None
+    assert verdict.cause.startswith("a push by a torque, threw it ")
+    assert " 0 N" not in verdict.line + verdict.advice

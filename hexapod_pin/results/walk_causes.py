@@ -366,6 +366,9 @@ def _load_advice(trace: Trace, push: PushEffect | None) -> Advice | None:
     force = 0.0 if push is None else push.force
     if push is not None and (push.thrown or force > STRONG_PUSH * weight):
         threw = f", threw it {push.offset:.3g} m off its track" if push.thrown else ""
+        if not force:
+            weaker = "a weaker or shorter push, or a lower, wider posture"
+            return Advice(f"a push by a torque{threw}", weaker)
         size = f"{force:.0f} N" if force >= 1000.0 else f"{force:.3g} N"
         return Advice(
             f"a push of {size}, {force / weight:.2g} times its weight{threw}",
