@@ -125,6 +125,17 @@ def test_five_questions_are_answered_by_the_page(
     assert peaks[1] < peaks[0] and change < 0.0
     answer("the gentler gait", 0, began, " ".join(row[1:]), change,
            100.0 * (peaks[1] / peaks[0] - 1.0), 1.0)  # peaks of steps are higher  # fmt: skip
+    budgets = [hp.torque_budget(run) for run in runs.values()]
+    for what, values in (
+        ("speed", [1e3 * (b.measured_speed or 0.0) for b in budgets]),
+        ("femur RMS torque", [next(k for k in b.kinds if k.kind == "femur").rms.torque_rms
+                              for b in budgets]),
+        ("cost of transport, absolute work", [b.cost_of_transport for b in budgets]),
+    ):  # fmt: skip
+        [row] = [r for r in table if len(r) > 2 and r[2] == what]
+        shown = [float(cell.split()[0].replace("\u2212", "-")) for cell in row[4:7]]
+        assert shown[:2] == pytest.approx(values, rel=2e-3)
+        assert shown[2] == pytest.approx(100.0 * (values[1] / values[0] - 1.0), abs=0.06)
     assert not pair.faults
     pair.close()
     for question, clicks, seconds, text, number, other in asked:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -37,14 +38,16 @@ endsolid cube
 """
 
 
-def with_trunk(tmp_path: Path, shapes: str, more: str = "") -> hp.Robot:
+def with_trunk(
+    tmp_path: Path, shapes: str, more: str = "", folders: Sequence[Path] = ()
+) -> hp.Robot:
     """Kharagpur with other shapes on its trunk than the drawn box, and more links."""
     text = hp.load_robot("kharagpur").urdf
     start = text.index("    <visual>")
     end = text.index("</visual>", start) + len("</visual>")
     path = tmp_path / "robot.urdf"
     path.write_text(text[:start] + shapes + text[end:].replace("</robot>", more + "</robot>"))
-    return hp.load_robot(path)
+    return hp.load_robot(path, package_path=folders)
 
 
 def collision(shape: str, xyz: str = "0 0 0", rpy: str = "0 0 0") -> str:
@@ -122,11 +125,15 @@ def test_of_many_points_the_outermost_are_kept(tmp_path: Path) -> None:
 
 
 def test_a_mesh_is_its_bounding_box(tmp_path: Path) -> None:
-    """Scaled, and found beside the file or in a package above it."""
-    (tmp_path / "cube.stl").write_text(CUBE)
-    for name in ("cube.stl", f"package://{tmp_path.name}/cube.stl"):
+    """Scaled, and found beside the file, in a package above it or in a folder that is given."""
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    for place, name in (tmp_path, "cube.stl"), (elsewhere, "far.stl"):
+        (place / name).write_text(CUBE)
+    for name in ("cube.stl", f"package://{tmp_path.name}/cube.stl", "far.stl"):
         mesh = f'<mesh filename="{name}" scale="0.1 0.05 0.01"/>'
-        found = trunk_points(with_trunk(tmp_path, collision(mesh, "0 0 0.1")))
+        robot = with_trunk(tmp_path, collision(mesh, "0 0 0.1"), folders=[elsewhere])
+        found = trunk_points(robot)
         same_points(found, box_corners((0.2, 0.2, 0.06)) + [0.1, 0.1, 0.13], atol=1e-7)
         assert found.assumed == "a mesh is its bounding box"
 

@@ -74,8 +74,8 @@ def urdf_of(robot: Robot) -> UrdfFile:
 
 @once_per_robot
 def resources_of(robot: Robot) -> ResourceFinder:
-    """Return what finds the robot's meshes."""
-    return ResourceFinder(robot.source)
+    """Return what finds the robot's meshes, in the folders it was loaded with, too."""
+    return ResourceFinder(robot.source, robot.options.get("package_path", ()))
 
 
 def link_shapes(

@@ -35,7 +35,13 @@ from hexapod_pin.view.robot_shapes import RobotShapes
 from hexapod_pin.view.sample_block import SampleBlock
 from hexapod_pin.view.scene_graph import DrawnMeshes, feet_of, loads_of, robot_tree
 from hexapod_pin.view.torque_limits import current_of, limits_of
-from hexapod_pin.view.worst_instants import budget_of, kinds_of, margins_of, worst_instants
+from hexapod_pin.view.worst_instants import (
+    budget_of,
+    kinds_of,
+    margins_of,
+    steady_numbers,
+    worst_instants,
+)
 
 ERROR_SHARE = 0.1
 """Resolution of samples, over the run's error."""
@@ -107,7 +113,7 @@ def sampled_data(
     trace: Trace, feet: Sequence[Mapping[str, Any]], tree: Sequence[Mapping[str, Any]],
     block: SampleBlock, record: MotorRecord | None,
 ) -> dict[str, Any]:  # fmt: skip
-    """Return window, limits, places of the samples and worst instants of a run.
+    """Return window, limits, places of the samples, worst instants and steady numbers of a run.
 
     Args:
         trace: of the run.
@@ -130,6 +136,7 @@ def sampled_data(
         },
         "channels": channels(trace, feet, block, margin, current_of(trace, record)),
         "worst": worst_instants(trace, limits, feet, window, margin, slides),
+        "steady": steady_numbers(trace, slides),
     }
 
 

@@ -16,6 +16,7 @@ from hexapod_pin.results.stability import stability
 from hexapod_pin.results.torque_budget import TorqueBudget, torque_budget
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.travelled_path import find_push_effect
+from hexapod_pin.results.walk_verdict import walk_verdict
 from hexapod_pin.scene.loads import LostLeg, Push
 from hexapod_pin.view.torque_limits import Limits
 
@@ -64,6 +65,35 @@ def worst_instants(
     for name, during in disturbances(trace):
         found += _disturbance_rows(trace, limits, name, during, margin if feet else None, slides)
     return [row for row in found if math.isfinite(row["time"])]
+
+
+def steady_numbers(trace: Trace, slides: Collection[int] = ()) -> list[dict[str, Any]]:
+    """Return what holds of the steady cycles and of no instant: speed, slip, RMS torques, work.
+
+    Each has `key`, `what`, `value` and `unit`; empty of a run without a whole cycle.
+
+    Args:
+        trace: of the run.
+        slides: joints that slide: RMS forces [N].
+    """
+    budget = budget_of(trace)
+    if budget is None:
+        return []
+    slip = walk_verdict(trace).slip
+    rows: list[tuple[str, float | None, str]] = [
+        ("speed", budget.measured_speed, "m/s"),
+        ("slip of all feet over the way", None if slip is None else slip.total, "1"),
+    ]
+    for kind in budget.kinds:
+        force = trace.joint_names.index(kind.rms.joint) in slides
+        what = f"{kind.kind} RMS {'force' if force else 'torque'}"
+        rows.append((what, kind.rms.torque_rms, "N" if force else "N m"))
+    rows.append(("cost of transport, absolute work", budget.cost_of_transport, "-"))
+    return [
+        {"key": what, "what": what, "value": value, "unit": unit}
+        for what, value, unit in rows
+        if value is not None and math.isfinite(value)
+    ]
 
 
 def disturbances(trace: Trace) -> list[tuple[str, tuple[float, float]]]:

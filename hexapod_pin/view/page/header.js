@@ -10,7 +10,7 @@ function element(name, attributes = {}, ...content) {
 }
 
 const UNITS = {"m": [1e3, "mm", 1], "rad": [DEGREES, "deg", 2], "1": [100, "%", 0], "N m": [1, "N m", 3], "N": [1, "N", 1],
-  "rad/s": [1, "rad/s", 2], "m/s": [1e3, "mm/s", 1], "W": [1, "W", 2]};
+  "rad/s": [1, "rad/s", 2], "m/s": [1e3, "mm/s", 1], "W": [1, "W", 2], "-": [1, "", 3]};
 
 // Decimals of a number: those of its unit, more where that leaves less than three digits.
 function decimals(value, least) {
@@ -170,6 +170,13 @@ function makeTable() {
     table.append(element("tr", {}, ...[`${k + 1}`, button, row.what, leg, shownNumber(row.value, row.unit, runs.length > 1 ? 0 : row.error),
       ...(shares ? [row.use === undefined ? "" : shownNumber(row.use, "1")] : []), ...(many ? [spreadOf(row)] : []), ...same.map((other) => (other ? shownNumber(other.value, other.unit) : "")), ...change].map((cell) => element("td", {}, cell))));
   });
+  if (!alone) {
+    for (const row of R.data.steady) {
+      const same = runs.slice(1).map((run) => run.data.steady.find((other) => other.key === row.key));
+      table.append(element("tr", {}, ...["", "steady", row.what, "", shownNumber(row.value, row.unit), ...same.map((other) => (other ? shownNumber(other.value, other.unit) : "")),
+        ...same.map((other) => changeOf(row, other))].map((cell) => element("td", {}, cell))));
+    }
+  }
   box.append(element("div", {class: "scroll"}, table));
 }
 
