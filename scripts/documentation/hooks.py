@@ -33,6 +33,12 @@ from documentation.repository import (  # noqa: E402
 
 EXECUTED = ROOT / "build" / "executed"
 
+EVIDENCE = ("results/", "gallery/", "changelog")
+"""Where pages begin that the search lists behind those that explain."""
+
+BEHIND = 0.3
+"""Weight of such a page in the search, over that of others."""
+
 _pages: dict[str, Page] = {}
 
 
@@ -85,8 +91,10 @@ def on_files(files: Files, config: Any) -> Files:
 
 
 def on_page_markdown(markdown: str, page: Any, **_: Any) -> str:
-    """Change the links of a page that also stands in the repository."""
+    """Change the links of a page that also stands in the repository; rank it in the search."""
     place = page.file.src_uri
+    if place.startswith(EVIDENCE):
+        page.meta.setdefault("search", {"boost": BEHIND})
     if place in _pages and place not in OUTSIDE.values():
         return markdown
     return with_links_of_the_site(repository_path(place), place, markdown)
