@@ -72,7 +72,7 @@ def test_names_that_no_file_has(tmp_path: Path):
     ("radius", "name", "allowed"),
     [
         (1e308, "LoadOptions.foot_radius", (1e30,)),
-        (100.1, "foot_radius", (0.0, 100.0)),
+        (100.1, "foot_radius", (0.365,)),  # half of what the joints span
         (-1e-3, "foot_radius", (0.0, 100.0)),
     ],
 )
