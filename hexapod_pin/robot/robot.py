@@ -307,11 +307,10 @@ def robot_of(urdf: LoadedUrdf, source: str) -> Robot:
     model = build_model(file)
     joints = joints_in_order(file, model)
     legs = _legs(layout)
-    links: dict[str, str | None] = dict.fromkeys(layout.feet)
-    links |= {leg.foot: leg.name for leg in legs}
+    links = {**dict.fromkeys(layout.feet), **{leg.foot: leg.name for leg in legs}}
     feet, foot_notes = place_feet(file, model, links, options.foot_radius)
-    own = {**layout.posture, **layout.held}
     try:
+        own = {**layout.posture, **layout.held}
         angles, posture_notes = standing_angles(joints, own, options.posture)
     except ParameterError as error:  # of the file's own: what is doubtful in it may be why
         if options.posture is not None or not urdf.doubts:
@@ -344,16 +343,14 @@ def _with_mass_doubts(robot: Robot) -> Robot:
 
     if not robot.legs:
         return robot
-    motors = sum(len(leg.joints) for leg in robot.legs)
-    found = mass_doubts(robot.total_mass, leg_length(robot), motors)
+    found = mass_doubts(robot.total_mass, leg_length(robot), sum(len(x.joints) for x in robot.legs))
     return replace(robot, doubts=found) if found else robot
 
 
 def _legs(layout: RobotLayout) -> tuple[Leg, ...]:
     """Return the legs of a layout: six with the usual names in the usual order."""
     legs = {leg.name: Leg(leg.name, leg.joints, leg.foot) for leg in layout.legs}
-    order = LEG_NAMES if set(legs) == {*LEG_NAMES} else legs
-    return tuple(legs[name] for name in order)
+    return tuple(legs[name] for name in (LEG_NAMES if set(legs) == {*LEG_NAMES} else legs))
 
 
 def _given(options: LoadOptions) -> dict[str, Any]:

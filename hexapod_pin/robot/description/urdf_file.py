@@ -313,8 +313,7 @@ def parse_tree(text: str, source: str, *, comments: bool = False) -> ET.Element:
     """
 
     def refuse(*_: object) -> None:
-        raise UrdfError(source, [no_xml(text) or "has a <!DOCTYPE ...>: remove it (entities are "
-                                 "not expanded)"])  # fmt: skip
+        raise UrdfError(source, [no_xml(text) or "has a <!DOCTYPE ...>, which is not read"])
 
     depth = 0
 
@@ -415,16 +414,14 @@ def _joint(element: ET.Element) -> Joint:
 
 # What a file is that is no URDF, and how to make one of it.
 
-_NO_XML = {"<!doctype html": "an HTML page: download the raw file",
-           "version https://git-lfs": "a pointer of Git LFS: run `git lfs pull`"}  # fmt: skip
-
 
 def no_xml(text: str) -> str:
     """Return what a text is that is no XML, by how it begins; empty if unknown."""
     begin = text[:99].lstrip().lower()
-    return next(
-        (f"this is {what}" for start, what in _NO_XML.items() if begin.startswith(start)), ""
-    )
+    if begin.startswith("<!doctype html"):
+        return "this is an HTML page: download the raw file"
+    pointer = begin.startswith("version https://git-lfs")
+    return "this is a pointer of Git LFS: run `git lfs pull`" if pointer else ""
 
 
 _ADVICE = {
