@@ -178,7 +178,8 @@ def selection_answer(selection: MotorSelection) -> list[str]:
     mixed = s.choice.mixed if s.choice is not None else ()
     lines += [line for text in mixed for line in folded(text)]
     others = [note for note in s.notes if note not in mixed]
-    notes = [f"{len(s.assumed)} assumed", f"{len(s.unusable)} motors not compared"]
+    count = len(s.unusable)
+    notes = [f"{len(s.assumed)} assumed", f"{count} motor{'s' * (count != 1)} not compared"]
     kept = [note for note, parts in zip(notes, (s.assumed, s.unusable), strict=True) if parts]
     if any(use.doubtful for one in shown for use in one.uses):
         lines += folded(_doubtful_words(s.best, passing))
@@ -204,7 +205,7 @@ def _headline(s: MotorSelection) -> list[str]:
     if s.choice is None and not best.passes:
         reason = best.reasons[0].partition(": ")[2] or best.reasons[0] if best.reasons else ""
         return [f"{start}{s.robot_name}: no motor carries every joint; {best.name}: {reason}"]
-    mass = f"robot {best.total_mass:.3g} kg, motors {1e3 * best.motor_mass:.3g} g of it"
+    mass = f"robot {best.total_mass:.3g} kg, motors {best.motor_mass:.3g} kg of it"
     return [f"{start}{s.robot_name}: {best.name}; {mass}"]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
@@ -24,8 +25,8 @@ LASTING = frozenset(("continuous_use", "thermal_use", "standing_use", "winding_t
 """What is decided by heat."""
 
 DOUBT = (
-    "{joint}: the winding of {motor} comes to {cool:.0f} deg C at best and {hot:.0f} deg C at "
-    "worst with assumed thermal constants, {limit:.0f} are allowed: doubtful"
+    "{joint}: the winding of {motor} comes to {cool} at best and {hot} at worst with assumed "
+    "thermal constants, {limit:.0f} are allowed: doubtful"
 )
 
 USES = (
@@ -137,8 +138,8 @@ class MotorUse(Immutable):
         if not self.doubtful:
             return ""
         return DOUBT.format(
-            joint=self.joint, motor=self.motor, cool=self.winding_cool, hot=self.winding_hot,
-            limit=self.winding_limit,
+            joint=self.joint, motor=self.motor, cool=_warmth(self.winding_cool),
+            hot=_warmth(self.winding_hot), limit=self.winding_limit,
         )  # fmt: skip
 
     @property
@@ -278,14 +279,20 @@ def _row(
     source = UNKNOWN if heat is None else "published" if motors.heat_known[j] else "assumed"
     if source == "published" and hottest is not None and heat > hottest:
         failures = {name: text for name, text in failures.items() if name not in LASTING}
-        failures["winding_temperature"] = HOT.format(**names, heat=heat, hottest=hottest)
+        failures["winding_temperature"] = HOT.format(**names, heat=_warmth(heat), hottest=hottest)
     row = MotorUse(
         kind=demand.joint_kinds[j], thermal_source=source, **names, failures=failures, **numbers
     )
     if not row.doubtful or row.passes:
         return row
-    spread = MARGIN.format(cool=row.winding_cool, hot=row.winding_hot, limit=row.winding_limit)
+    cool, hot = _warmth(row.winding_cool), _warmth(row.winding_hot)
+    spread = MARGIN.format(cool=cool, hot=hot, limit=row.winding_limit)
     return replace(row, failures={name: text + spread for name, text in failures.items()})
+
+
+def _warmth(temperature: float) -> str:
+    """Return a temperature [deg C] in words: a winding that makes more than it sheds has none."""
+    return "no finite temperature" if math.isinf(temperature) else f"{temperature:.0f} deg C"
 
 
 REASONS = {
@@ -309,10 +316,9 @@ BEYOND = (
     "only brake"
 )
 MARGIN = (
-    " (doubtful: winding at {cool:.0f} to {hot:.0f} deg C with assumed thermal constants, "
-    "{limit:.0f} allowed)"
+    " (doubtful: winding at {cool} to {hot} with assumed thermal constants, {limit:.0f} allowed)"
 )
-HOT = "{joint}: the winding of {motor} reaches {heat:.0f} deg C, {hottest:g} are allowed"
+HOT = "{joint}: the winding of {motor} comes to {heat}, {hottest:g} are allowed"
 NEEDS = {
     "peak_use": lambda d: d.torque_peak,
     "continuous_use": lambda d: d.torque_rms,
