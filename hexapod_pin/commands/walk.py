@@ -355,7 +355,8 @@ def _remarks(robot: Robot, fitted: FittedGait, near: Sequence[str]) -> list[str]
     """Return where the gait is not the usual one, or the file was changed, a few words each."""
     found = [*fitted.remarks, *near[:1]]
     if robot.repaired:
-        found.append(f"{len(robot.repaired)} repairs (--full)")
+        count = len(robot.repaired)
+        found.append(f"{count} repair{'s' * (count != 1)} (--full)")
     return found
 
 

@@ -290,8 +290,10 @@ def _row(
     return replace(row, failures={name: text + spread for name, text in failures.items()})
 
 
-def _warmth(temperature: float) -> str:
+def _warmth(temperature: float | None) -> str:
     """Return a temperature [deg C] in words: a winding that makes more than it sheds has none."""
+    if temperature is None:
+        return UNKNOWN
     return "no finite temperature" if math.isinf(temperature) else f"{temperature:.0f} deg C"
 
 
