@@ -410,3 +410,15 @@ def test_the_next_command_is_of_the_same_walk(monkeypatch: pytest.MonkeyPatch) -
     ):
         monkeypatch.setattr(terminal, "_arguments", ["walk", "my.urdf", *options])
         assert following_command("my.urdf", trace, repair="--repair" in options) == following
+
+
+def test_the_trial_with_a_repaired_file_assumes_its_gains_anew(run: Run, tmp_path: Path) -> None:
+    """Gains of a robot of 3 g, by its weight, would let the repaired one fall."""
+    path = scaled_masses(tmp_path, 1e-3)
+    done = run("walk", path.name, *WALK)
+    tried = " ".join(done.out.split()).split("tried with --repair, peaks are: ")[1]
+    mended = run("walk", path.name, *WALK, "--repair", "--json", "--out", "mended.nc")
+    budget = json.loads(mended.out)["budget"]
+    for kind in budget["kinds"]:
+        found = float(re.search(rf"{kind['kind']} ([\d.]+)", tried)[1])  # type: ignore[index]
+        assert found == pytest.approx(kind["peak"]["torque_peak"], rel=5e-3)  # three digits

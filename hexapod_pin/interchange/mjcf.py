@@ -25,7 +25,7 @@ from hexapod_pin.interchange.mjcf_text import (
     mjcf_text,
 )
 from hexapod_pin.robot.description.urdf_writer import number, numbers
-from hexapod_pin.robot.reading.resources import ResourceFinder
+from hexapod_pin.robot.link_shapes import mesh_finder
 from hexapod_pin.robot.robot import Robot
 from hexapod_pin.scene.scene import Scene, standing_on
 from hexapod_pin.user_file import user_path
@@ -286,7 +286,7 @@ def drawn_robot(robot: Robot, prefix: str, package_path: Sequence[str | Path] = 
         prefix: with which the names of the mesh files begin, which lie beside the model.
         package_path: folders in which meshes are looked for before those of the robot's options.
     """
-    finder = ResourceFinder(robot.source, (*package_path, *robot.options.get("package_path", ())))
+    finder = mesh_finder(robot, package_path)
     feet = {foot.name: foot.radius for foot in robot.feet}
     shapes = RobotShapes(robot.urdf, feet, finder=finder, store=MeshStore())
     meshes = _Meshes(prefix)

@@ -11,6 +11,7 @@ import itertools
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 from xml.etree import ElementTree
 
@@ -72,10 +73,15 @@ def urdf_of(robot: Robot) -> UrdfFile:
     return parse_urdf(robot.urdf.encode(), robot.source)
 
 
+def mesh_finder(robot: Robot, package_path: Sequence[str | Path] = ()) -> ResourceFinder:
+    """Return what finds a robot's meshes: in further folders, then in those of its options."""
+    return ResourceFinder(robot.source, (*package_path, *robot.options.get("package_path", ())))
+
+
 @once_per_robot
 def resources_of(robot: Robot) -> ResourceFinder:
     """Return what finds the robot's meshes, in the folders it was loaded with, too."""
-    return ResourceFinder(robot.source, robot.options.get("package_path", ()))
+    return mesh_finder(robot)
 
 
 def link_shapes(

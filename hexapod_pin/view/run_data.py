@@ -6,7 +6,7 @@ Everything is plain data for the page, and arrays of a `SampleBlock`. SI units; 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -105,7 +105,7 @@ def run_data(
         "travel": list(trace.run.walk.travel_direction),
         **sampled,
         **below_ground(trace),
-        **header(trace, record, None if sampled["window"] is None else least),
+        **header(trace, record, None if sampled["window"] is None else least, _sliding(tree)),
     }  # fmt: skip
 
 
@@ -113,7 +113,7 @@ def sampled_data(
     trace: Trace, feet: Sequence[Mapping[str, Any]], tree: Sequence[Mapping[str, Any]],
     block: SampleBlock, record: MotorRecord | None,
 ) -> dict[str, Any]:  # fmt: skip
-    """Return window, limits, places of the samples, worst instants and steady numbers of a run.
+    """Return window, limits, places of the samples and worst instants of a run.
 
     Args:
         trace: of the run.
@@ -122,7 +122,7 @@ def sampled_data(
         block: takes the samples.
         record: the motor to hold torques against.
     """
-    slides = {body["joint"] for body in tree if body.get("slides") and body["joint"] >= 0}
+    slides = _sliding(tree)
     limits, window = limits_of(trace, record), _window(trace)
     margin = margins_of(trace) if feet else None
     return {
@@ -136,8 +136,12 @@ def sampled_data(
         },
         "channels": channels(trace, feet, block, margin, current_of(trace, record)),
         "worst": worst_instants(trace, limits, feet, window, margin, slides),
-        "steady": steady_numbers(trace, slides),
     }
+
+
+def _sliding(tree: Sequence[Mapping[str, Any]]) -> set[int]:
+    """Return the joints that slide."""
+    return {body["joint"] for body in tree if body.get("slides") and body["joint"] >= 0}
 
 
 LEAST_DEPTH = 5e-3
@@ -292,13 +296,18 @@ def friction(trace: Trace) -> Array | None:
 # The header: verdict, gait, contact, accuracy, version.
 
 
-def header(trace: Trace, record: MotorRecord | None, margin: float | None) -> dict[str, Any]:
+def header(
+    trace: Trace, record: MotorRecord | None, margin: float | None, slides: Collection[int] = ()
+) -> dict[str, Any]:
     """Return verdict, fall, gait, ground, contact, motor, accuracy and versions, in words.
+
+    Beside them `steady`, the numbers of the steady cycles.
 
     Args:
         trace: of the run.
         record: the motor that is judged; None for none.
         margin: the least one of steady walking [m]; None where it is not known.
+        slides: joints that slide.
     """
     run = trace.run
     answer, verdict = _verdict(trace, record, margin)
@@ -325,6 +334,9 @@ def header(trace: Trace, record: MotorRecord | None, margin: float | None) -> di
         "fall": fall and {"time": fall.time, "how": fall.how},
         "facts": [[name, text] for name, text in facts.items() if text],
         "assumed": list(run.assumed),
+        "steady": []
+        if answer is None
+        else steady_numbers(trace, answer.budget, answer.verdict.slip, slides),
     }
 
 

@@ -16,7 +16,7 @@ from hexapod_pin.results.stability import stability
 from hexapod_pin.results.torque_budget import TorqueBudget, torque_budget
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.travelled_path import find_push_effect
-from hexapod_pin.results.walk_verdict import walk_verdict
+from hexapod_pin.results.walk_causes import Slip
 from hexapod_pin.scene.loads import LostLeg, Push
 from hexapod_pin.view.torque_limits import Limits
 
@@ -67,19 +67,21 @@ def worst_instants(
     return [row for row in found if math.isfinite(row["time"])]
 
 
-def steady_numbers(trace: Trace, slides: Collection[int] = ()) -> list[dict[str, Any]]:
+def steady_numbers(
+    trace: Trace, budget: TorqueBudget | None, slip: Slip | None, slides: Collection[int]
+) -> list[dict[str, Any]]:
     """Return what holds of the steady cycles and of no instant: speed, slip, RMS torques, work.
 
     Each has `key`, `what`, `value` and `unit`; empty of a run without a whole cycle.
 
     Args:
         trace: of the run.
+        budget: of the run; None of one without a whole cycle.
+        slip: of its verdict.
         slides: joints that slide: RMS forces [N].
     """
-    budget = budget_of(trace)
     if budget is None:
         return []
-    slip = walk_verdict(trace).slip
     rows: list[tuple[str, float | None, str]] = [
         ("speed", budget.measured_speed, "m/s"),
         ("slip of all feet over the way", None if slip is None else slip.total, "1"),
