@@ -271,6 +271,8 @@ values = [60, 100]  # mm
     assert " ".join(done.out.split()).startswith(
         "study: none of 2 cases done: ParameterError: Gait.stroke = 60.0: must be at most 10 m; mm?"
     )
+    assert done.out.count("60.0") == 1 and "--plot" not in done.out  # no second time, no next
+    assert done.status == 2 and done.err.endswith("study: none of 2 cases done\n")
 
 
 def test_a_walk_that_goes_on_is_not_exported_but_its_plan_is(run: Run) -> None:

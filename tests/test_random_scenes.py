@@ -94,6 +94,10 @@ def test_order_of_errors_that_follow_the_accuracy() -> None:
     by_chance = OrderRow("a", "ndf", asked, (1e-5,) * 4, 1e-12)
     assert by_chance.exponent == pytest.approx(0.0, abs=1e-9)
     assert math.isnan(OrderRow("a", "ndf", asked, (1e-5,) * 4, 1e-5).exponent)
+    held = (1e-5, *asked[1:])  # one run under two names
+    doubled = OrderRow("a", "ndf", asked, (7e-6, 7e-6, 3e-7, 3e-8), 1e-12, held)
+    three = OrderRow("a", "ndf", asked[1:], (7e-6, 3e-7, 3e-8), 1e-12)
+    assert doubled.exponent == three.exponent
 
 
 def run(

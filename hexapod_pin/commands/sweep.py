@@ -32,7 +32,7 @@ from hexapod_pin.commands.study_options import (
     Scheduler,
     StudyThreads,
 )
-from hexapod_pin.commands.terminal import announce, echo
+from hexapod_pin.commands.terminal import FAILED, announce, echo, fail
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.text_table import folded
 
@@ -112,6 +112,8 @@ def sweep(
             from hexapod_pin.view.study_report import write_study_report
 
             written(lambda: write_study_report(result, report, **report_marks()))
+    if result.failed and not result.done:
+        fail(f"{result.name}: none of {len(result)} cases done", FAILED)
 
 
 SHOWN = 2
@@ -145,11 +147,13 @@ def _print(
                 f"* at a limit; the {rows} cases of largest torque of {result.done}; --full has all"
             )
     reasons = [f"{count} x {kind}" for kind, count in result.reasons.items()]
-    reasons += [f"case {index}: {reason}" for index, reason in failed[:SHOWN]]
+    told = 0 if result.done else 1  # in the headline
+    reasons += [f"case {index}: {reason}" for index, reason in failed[told:SHOWN]]
     for line in reasons:
         _echo(line)
     timing = f"{round(run_now)} cases run in {taken:.1f} s; " if round(run_now) else ""
-    _echo(f"{timing}study {study.digest[:12]}; next: --out FILE.csv --columns NAME,..., --plot")
+    further = "; next: --out FILE.csv --columns NAME,..., --plot" if result.done else ""
+    _echo(f"{timing}study {study.digest[:12]}{further}")
     echo(f"store: {result.path}")
     if full:
         for item in study.inputs:

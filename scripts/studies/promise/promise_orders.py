@@ -3,7 +3,8 @@
 Every run is a single one: what is asked for is what its steps may lose, and nothing corrects it.
 The exponent is that of error = const tolerance^p, by least squares over the logarithms of errors
 above the truth's uncertainty: near 1 where the error follows what a step may lose, near 0 where a
-switch is met by chance. The tolerance is the accuracy, held at the method's loosest.
+switch is met by chance. The tolerance is the accuracy, held at the method's loosest: accuracies of
+one tolerance are one run, which counts once.
 """
 
 from __future__ import annotations
@@ -62,15 +63,14 @@ class OrderRow:
     @property
     def exponent(self) -> float:
         """Observed p of error = const tolerance^p; nan with fewer than three sure errors."""
-        pairs = [
-            (math.log(lost), math.log(error))
+        sure = {
+            lost: error
             for lost, error in zip(self.tolerances or self.accuracies, self.errors, strict=True)
             if error > max(SURE * self.uncertainty, 1e-13)
-        ]
-        if len(pairs) < 3:
+        }
+        if len(sure) < 3:
             return math.nan
-        lost, error = np.array(pairs).T
-        return float(np.polyfit(lost, error, 1)[0])
+        return float(np.polyfit(np.log(list(sure)), np.log(list(sure.values())), 1)[0])
 
     @property
     def worst(self) -> float:
