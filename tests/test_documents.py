@@ -113,14 +113,15 @@ def blocks(page: Path) -> list[str]:
     [
         page
         for page in PAGES
-        if page.parent.name == "docs" and page.stem != "extending" and blocks(page)
+        if page.parent.name == "docs" and not page.stem.startswith("extending") and blocks(page)
     ],
     ids=lambda page: page.stem,
 )
 def test_the_code_of_a_page_runs(page, tmp_path, monkeypatch):
     """The blocks of a page belong together: names of one are known in the next.
 
-    Those of `extending` are pieces of modules of the package: `test_extending.py` runs them there.
+    Those of the pages on extending are pieces of modules of the package: `test_extending.py` runs
+    them there.
     """
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {}

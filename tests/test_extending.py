@@ -1,4 +1,4 @@
-"""The pieces of code of `docs/extending.md`, each run where the page has a reader put it.
+"""The pieces of code of the pages on extending, each run where the page has a reader put it.
 
 Laws are compiled into a copy of the core's headers and compared with the page's second formulas.
 """
@@ -24,7 +24,7 @@ from numpy.testing import assert_allclose
 import hexapod_pin as hp
 from hexapod_pin.control import gait as gait_module
 from hexapod_pin.ground.contact import friction, normal
-from hexapod_pin.results import walk_metrics
+from hexapod_pin.results import joint_budget, summary, walk_metrics
 
 ROOT = Path(__file__).parents[1]
 NATIVE = ROOT / "hexapod_pin" / "native"
@@ -34,7 +34,8 @@ needs_compiler = pytest.mark.skipif(COMPILER is None, reason="the laws are compi
 
 def pieces(section: str, language: str) -> list[str]:
     """Return the blocks of a section in a language, in their order."""
-    text = (ROOT / "docs" / "extending.md").read_text(encoding="utf-8")
+    pages = (ROOT / "docs" / f"{name}.md" for name in ("extending", "extending_results"))
+    text = "\n## \n".join(page.read_text(encoding="utf-8") for page in pages)
     part = text.partition(f"\n## {section}\n")[2].partition("\n## ")[0]
     return [dedent(one) for one in re.findall(rf"```{language}\n(.*?)```", part, re.DOTALL)]
 
@@ -247,6 +248,57 @@ def test_the_metric():
     found = names["WalkMetrics"].of(trace.summary)
     assert found.speed_peak == trace.summary.speed_peak.max()
     assert names["METRICS"]["speed_peak"].unit == "rad/s"
+
+
+def test_the_number_of_the_summary():
+    """Its places in the core exist once, with the names that it uses there; it is a quantity."""
+    field, take, term, name = pieces("A number of the summary", "cpp")
+    totals, numbers = (
+        (NATIVE / "run" / file).read_text(encoding="utf-8")
+        for file in ("joint_totals.hpp", "summary_numbers.hpp")
+    )
+    places = {
+        field: "  double limit_use = 0.0;",
+        take: "    at_limit += other.at_limit,",
+        term: "      sums.torque_square += weight * (size * size);\n",
+    }
+    for piece, before in places.items():
+        totals = put(totals, piece, before)
+    assert "weight = weight_[i], size = std::abs(e.torque)" in totals
+    put(numbers, name, '  put("speed_rms", of_joints([&](const JointSums& s) { return rms(')
+    (line,) = pieces("A number of the summary", "python")
+    source = put(inspect.getsource(summary), line, "    at_limit: Array", indent="    ")
+    names = defined(summary, source)
+    known = names["schema"](names["Summary"])
+    assert (known["torque_mean"].axes, known["torque_mean"].unit) == (("joint",), "N m")
+    assert f'put("{next(iter(known.keys() - summary.schema(hp.Summary).keys()))}"' in name
+
+
+def test_the_column_of_the_budget():
+    """It is printed of a walk; a robot that stands has none."""
+    section = "A column of the torque budget"
+    of_joint, value, of_kind, total, column = pieces(section, "python")
+    source = inspect.getsource(joint_budget)
+    source = put(source, of_joint, "    # How far they may be off", indent="    ")
+    source = put(source, value, "            torque_peak_error=_known(", indent=" " * 12)
+    head, mark, rest = source.partition("class KindBudget:")
+    rest = put(rest, of_kind, "    positive_energy: float  # of all joints", indent="    ")
+    total, column = (piece.splitlines(keepends=True)[2] for piece in (total, column))
+    rest = put(rest, total, "        **worsts,\n", indent="    ")
+    rest = put(rest, column, ")\nHEADS = ")
+    names = defined(joint_budget, head + mark + rest)
+    scene = hp.Scene(hp.load_robot("kharagpur"))
+    walk = hp.KinematicControl(hp.Gait.tripod(stroke=0.06, cycle_time=0.8))
+    for control, cell in ((walk, r"[\d.]+"), (hp.HoldPosture(), "-")):
+        trace = hp.simulate(scene, control, duration=3.0, method="implicit-euler", step=2e-3)
+        budget = hp.torque_budget(trace)
+        joints = names["summary_rows"](trace.summary)
+        kinds = names["kind_rows"](joints)
+        if budget.distance is not None:
+            found = sum(row.work_per_metre for row in kinds)
+            assert_allclose(found, budget.absolute_energy / budget.distance, rtol=1e-12)
+        last = [line.split()[-1] for line in names["kind_lines"](kinds, "cycle") if "(x6)" in line]
+        assert len(last) == 3 and all(re.fullmatch(cell, one) for one in last)
 
 
 def test_the_log():
