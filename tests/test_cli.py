@@ -301,5 +301,12 @@ def test_help_and_version(run: Run):
     assert run("--version").out == f"hexapod-pin {hp.__version__}\n"
     text = run("walk", "--help").out
     assert "degrees" in text
-    for name in (*GAITS, *METHODS, *PRESETS):
-        assert re.search(rf"(?<![\w-]){re.escape(name)}(?![\w-])", text), name
+    listed = {
+        "walk": (*GAITS, *METHODS, *PRESETS),
+        "export": tuple(GAITS),
+        "bench": tuple(GAITS),
+    }
+    for command, names in listed.items():
+        text = run(command, "--help").out
+        for name in names:
+            assert re.search(rf"(?<![\w-]){re.escape(name)}(?![\w-])", text), (command, name)

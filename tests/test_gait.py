@@ -12,7 +12,15 @@ from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.control.feasible_gait import fit_gait
-from hexapod_pin.control.gait import GAITS, LEG_ORDER, Gait, smallest_duty, wave_phases
+from hexapod_pin.control.gait import (
+    GAITS,
+    LEG_COUNTS,
+    LEG_ORDER,
+    Gait,
+    gaits_for,
+    smallest_duty,
+    wave_phases,
+)
 from hexapod_pin.control.stroke_posture import longest_stroke_posture
 from hexapod_pin.errors import GaitError, ParameterError, UnknownNameError
 from hexapod_pin.robot.robot import leg_length
@@ -67,6 +75,17 @@ def test_speed_and_defaults_are_those_of_s2() -> None:
 def test_by_name_is_the_constructor_of_that_name(name: str) -> None:
     assert Gait.by_name(name, stroke=0.1) == getattr(Gait, name)(stroke=0.1)
     assert Gait.by_name(name).name == name
+
+
+def test_the_page_of_walks_lists_the_gaits_of_each_number_of_legs() -> None:
+    text = (Path(__file__).parents[1] / "docs" / "walking.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| ([\d, ]+) \| (.*?) \| `\w+`", text, re.MULTILINE)
+    found = {
+        int(legs): tuple(re.findall(r"`(\w+)`", gaits))
+        for counts, gaits in rows
+        for legs in counts.split(", ")
+    }
+    assert found == {legs: gaits_for(legs) for legs in LEG_COUNTS}
 
 
 def test_what_is_no_gait_is_refused() -> None:

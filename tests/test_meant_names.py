@@ -9,7 +9,10 @@ from typing import Any
 import pytest
 
 import hexapod_pin as hp
+from hexapod_pin.control.gait import GAITS
 from hexapod_pin.errors import ArgumentError, ParameterError
+from hexapod_pin.ground.contact.contact import PRESETS
+from hexapod_pin.meant import MADE_BY
 from hexapod_pin.robot.loading.load_options import LoadOptions
 
 ROBOT = hp.load_robot("kharagpur")
@@ -66,6 +69,14 @@ def test_a_word_for_an_object(call: Callable[[], Any], name: str, text: str) -> 
     with pytest.raises(ParameterError, match=re.escape(text)) as caught:
         call()
     assert caught.value.name == name
+
+
+def test_the_words_that_stand_for_objects_are_those_that_make_one() -> None:
+    """`meant` imports nothing, so that its lists are written out."""
+    assert MADE_BY["gait"][1] == tuple(GAITS)
+    assert MADE_BY["contact"][1] == tuple(PRESETS)
+    for name in GAITS:
+        assert eval(MADE_BY["gait"][0].format(name), {"hp": hp}).name == name
 
 
 @pytest.mark.parametrize("name", ["heading", "turn_rate"])

@@ -109,7 +109,7 @@ class Gait(Spec):
             eight of them. They may be given as a mapping, leg's name -> phase.
         leg_names: the legs that `phases` belong to, where they were given as a mapping and are not
             lf lm lr rf rm rr; None: in the order above.
-        duty: share of the cycle a foot is on the ground, below 1.
+        duty: share of the cycle a foot is on the ground, below 1; the same for all feet.
         stroke: travel of the body while one foot is on the ground [m]; 0 turns on the spot.
         cycle_time: from 0.001 to 10000 s [s].
         lift: height of the swing foot at mid-swing [m]. The default is *assumed*; [S2] lifts by a
