@@ -16,11 +16,16 @@ from hexapod_pin.results.summary import Summary
 from hexapod_pin.text_table import Cell, Table
 
 KINDS = ("coxa", "femur", "tibia")
+"""Of joints of legs, from the trunk outwards."""
+
 OTHER_KINDS = ("joint", "held", "slide")
-GAP = "gap"  # of free play: it has no drive, and no row among the kinds
 """Of joints of no leg: unknown, held, and held ones that slide (N, m/s for N m, rad/s)."""
 
-LIMITED_TORQUE_SHARE = 0.999  # share of the effort limit from which a torque counts as limited
+GAP = "gap"
+"""Of free play, which has no drive: no row among the kinds."""
+
+LIMITED_TORQUE_SHARE = 0.999
+"""Share of the effort limit from which a torque counts as limited [-]."""
 
 _PATTERNS = (  # one per kind; OpenSHC, PhantomX and `L1_1` names included
     re.compile(r"coxa|(^|_)c1(_|$)|_1$", re.IGNORECASE),
