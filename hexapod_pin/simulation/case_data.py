@@ -28,8 +28,8 @@ from hexapod_pin.robot.state import State
 from hexapod_pin.scene.canonical_text import TEXTS, canonical_text, joined
 from hexapod_pin.scene.scene import Scene, scene_parts, scene_text
 from hexapod_pin.simulation.methods import (
-    CARRYING_METHOD,
     DEFAULT_ACCURACY,
+    DEFAULT_METHOD,
     DEFAULT_TORQUE_ACCURACY,
 )
 from hexapod_pin.simulation.run_settings import RunSettings, WorkLimits
@@ -95,9 +95,9 @@ class CaseData(Immutable):
 
     @property
     def _method(self) -> str | None:
-        """The method given, or the usual one; None: that of `resolve_method`."""
+        """The method given, or the usual one; None: `resolve_method` decides without the scene."""
         usual = self.method is None and self.step is None and self._carries_error
-        return CARRYING_METHOD if usual else self.method
+        return DEFAULT_METHOD if usual else self.method
 
     @property
     def _accuracies(self) -> tuple[float | None, float | str | None, float | None]:

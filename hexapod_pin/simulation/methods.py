@@ -48,13 +48,19 @@ not the tolerance."""
 DEFAULT_STEP = 1e-3
 """[s]"""
 
-DEFAULT_METHOD = "extrapolated-euler"
-CARRYING_METHOD = "ndf"
+DEFAULT_METHOD = "ndf"
 """Of planned runs in a scene in which they carry their error along; see `Scene.carries_errors`."""
+
+FALLBACK_METHOD = "extrapolated-euler"
+"""Where no method is named and a run cannot carry its error along."""
+
 DEFAULT_TORQUE_ACCURACY = "1 %"
-"""Of the largest torque, in such runs, beside `DEFAULT_ACCURACY`, where no accuracy is given."""
+"""Of the largest torque, in runs that carry their error along, beside `DEFAULT_ACCURACY`, where no
+accuracy is given."""
+
 DEFAULT_TORQUE_METHOD = "ndf"
 """Where an accuracy of torques is given alone: its torques are more accurate than its positions."""
+
 DEFAULT_FIXED_METHOD = "implicit-euler"
 """Where a step is given and no method."""
 
@@ -236,14 +242,14 @@ def resolve_method(
     """Return the method of the settings given.
 
     Nothing given: "extrapolated-euler" at 1e-4. An accuracy alone: the same at that. An accuracy of
-    torques alone: "ndf". A step alone: "implicit-euler". A `Case` that knows its scene may choose
-    another.
+    torques alone: "ndf". A step alone: "implicit-euler". A `Case` knows its scene, and names "ndf"
+    where a run can carry its error along.
 
     Raises:
         ParameterError: unknown method; accuracy or step out of range, or not of this method.
     """
     only_torque = torque_accuracy is not None and accuracy is None and step is None
-    usual = DEFAULT_METHOD if step is None else DEFAULT_FIXED_METHOD
+    usual = FALLBACK_METHOD if step is None else DEFAULT_FIXED_METHOD
     name = method or (DEFAULT_TORQUE_METHOD if only_torque else usual)
     known = {**METHODS, **INTERNAL}
     found = known.get(SHORT_NAMES.get(name, name))

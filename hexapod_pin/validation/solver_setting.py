@@ -95,7 +95,7 @@ DOP853 = SolverSetting("dop853", 1e-12)
 NDF = SolverSetting("ndf", 1e-12)
 EXTRAPOLATED_EULER = SolverSetting("extrapolated-euler", 1e-8)
 DEFAULT = SolverSetting("extrapolated-euler", 1e-4)
-"""The default of `simulate`."""
+"""What `simulate` takes where none is given and a run cannot carry its error along."""
 
 IMPLICIT_1MS = SolverSetting("implicit-euler", 1e-3)
 ROBUST_1MS = SolverSetting("robust", 1e-3)
