@@ -36,7 +36,7 @@ SAME = {
 ELSEWHERE = {
     "mu": "contact=hp.Contact.accurate().with_mu(0.5)",
     "friction": "contact=hp.Contact.accurate().with_mu(0.5)",
-    "payload": "loads=[hp.loads.Payload(mass)]",
+    "payload": "loads=[hp.Payload('base_link', mass)]",
     "push": "loads=[hp.loads.Push(...)]",
     "kp": "servo=hp.Servo.for_robot(robot, kp=240.0, kd=4.8)",
     "kd": "servo=hp.Servo.for_robot(robot, kp=240.0, kd=4.8)",
@@ -82,8 +82,14 @@ MADE_BY = {
 """What a word of the command line stands for, by the argument that it was given for."""
 
 
+OWN_LAW = "A law of your own is compiled into the core: docs/extending.md has the steps."
+
+
 def made_by(name: str, value: object) -> str:
-    """Return how to make what was meant by a word, as a hint; empty where it is not known."""
+    """Return how to make what was meant by a word, or is no law, as a hint; else an empty text."""
+    if name in ("normal", "friction") and (callable(value) or hasattr(value, "native")):
+        own = not str(getattr(value, "__module__", "")).startswith("hexapod_pin.")
+        return OWN_LAW if own else ""
     if not isinstance(value, str) or name not in MADE_BY:
         return ""
     text, words = MADE_BY[name]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Literal
 
 import pytest
 
@@ -12,7 +12,7 @@ import hexapod_pin as hp
 from hexapod_pin.control.gait import GAITS
 from hexapod_pin.errors import ArgumentError, ParameterError
 from hexapod_pin.ground.contact.contact import PRESETS
-from hexapod_pin.meant import MADE_BY
+from hexapod_pin.meant import ELSEWHERE, MADE_BY
 from hexapod_pin.robot.loading.load_options import LoadOptions
 
 ROBOT = hp.load_robot("kharagpur")
@@ -27,7 +27,7 @@ GAIT = hp.Gait.tripod()
             "contact=hp.Contact.accurate().with_mu(0.5) was probably",
         ),
         (lambda: hp.Scene(ROBOT, ground=hp.Flat()), "'terrain' was probably meant"),
-        (lambda: hp.Scene(ROBOT, payload=1.0), "loads=[hp.loads.Payload(mass)]"),
+        (lambda: hp.Scene(ROBOT, payload=1.0), "loads=[hp.Payload('base_link', mass)]"),
         (lambda: hp.Scene(ROBOT, gravty=(0, 0, 0)), "'gravity' was probably meant"),
         (
             lambda: hp.simulate(hp.Scene(ROBOT), hp.KinematicControl(GAIT), duration=1.0, dt=1e-3),
@@ -69,6 +69,46 @@ def test_a_word_for_an_object(call: Callable[[], Any], name: str, text: str) -> 
     with pytest.raises(ParameterError, match=re.escape(text)) as caught:
         call()
     assert caught.value.name == name
+
+
+class OwnFriction(hp.contact.FrictionLaw):
+    """A law that the core does not have."""
+
+    kind: Literal["own"] = "own"
+
+    def native(self) -> Any:
+        """Return a law of the core."""
+        return hp.Contact.accurate().friction.native()
+
+
+@pytest.mark.parametrize(
+    ("name", "law"),
+    [
+        ("friction", OwnFriction()),
+        ("friction", lambda speed: 0.7),
+        ("normal", lambda depth, rate: 0.0),
+        ("normal", OwnFriction()),
+    ],
+)
+def test_a_law_of_ones_own_is_told_where_it_belongs(name: str, law: Any) -> None:
+    contact = hp.Contact.accurate()
+    with pytest.raises(ParameterError, match=re.escape("docs/extending.md")) as caught:
+        hp.Contact(**{**dict(contact), name: law})
+    assert caught.value.name == f"Contact.{name}"
+    for other in (0.7, hp.contact.SmoothStep, contact):
+        with pytest.raises(ParameterError) as caught:
+            hp.Contact(**{**dict(contact), name: other})
+        assert "extending" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "text", sorted({text for text in ELSEWHERE.values() if re.match(r"\w+=(?!.*\.\.\.)", text)})
+)
+def test_what_stands_elsewhere_can_be_written(text: str) -> None:
+    names = {"hp": hp, "mass": 1.0, "robot": ROBOT, "gait": GAIT}
+    fields = eval(f"dict({text})", names)
+    scene = {name: value for name, value in fields.items() if name != "controller"}
+    assert hp.Scene(ROBOT, **scene).robot is ROBOT
 
 
 def test_the_words_that_stand_for_objects_are_those_that_make_one() -> None:
