@@ -221,7 +221,7 @@ class Distribution:
             )
         elif kept:
             have = f"{kept} cases were finished, but not kept: there is no store"
-        return WorkersError(f"{what}. {have}.", kept)
+        return WorkersError(f"{what.rstrip('.')}. {have}.", kept)
 
 
 def _blamed(work: SweepStudy | CaseList, index: int, reason: str) -> Outcome:

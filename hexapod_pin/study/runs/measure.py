@@ -128,7 +128,7 @@ def measure_named(name: str, settings: Mapping[str, Any]) -> Measure[Any]:
     try:
         found = getattr(import_module(module), attribute)
     except (ImportError, AttributeError, ValueError) as error:
-        hint = "A worker finds modules that are installed or on PYTHONPATH."
+        hint = "Install the module, or start the workers with its folder in PYTHONPATH."
         raise ParameterError("measure", name, f"importable ({error})", hint) from error
     if not isinstance(found, Measure):
         raise ParameterError("measure", name, "a Measure")
