@@ -146,6 +146,8 @@ def test_names_and_voltages() -> None:
             allowed=(11.1, 12.0, 14.8), about=("'XM430-W350 at 11.1 V'",),
         ):  # fmt: skip
             CATALOG.get("XM430-W350", voltage)
+    assert CATALOG.usual("XM430-W350").voltage == 12.0
+    assert CATALOG.usual("XM430-W350 at 14.8 V") is CATALOG.usual("XM430-W350", 14.8)
     with refused(UnknownNameError, kind="motor", name="AX-12B", known=CATALOG.models):
         CATALOG.get("AX-12B")
     record, ratio = CATALOG.supplied("XM430-W350", 13.0)

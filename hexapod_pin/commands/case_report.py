@@ -32,6 +32,7 @@ class CaseToReport:
         title: of its progress bar.
         about: lines on robot, gait and motor, for `--full`.
         remarks: what else to know of them, a few words each.
+        assumed: what is assumed besides what the run knows.
         motor: the motor of all joints, of the catalogue.
         repaired: makes the case with the robot's file repaired, where the file is doubtful.
         changed: makes the case with another value of a field of its gait.
@@ -43,6 +44,7 @@ class CaseToReport:
     title: str
     about: Sequence[str] = ()
     remarks: Sequence[str] = ()
+    assumed: Sequence[str] = ()
     motor: MotorRecord | None = None
     repaired: Callable[[], Case] | None = None
     changed: Callable[[str, float], Case] | None = None
@@ -127,9 +129,11 @@ def _print_json(
     echo(json.dumps(data, indent=2, allow_nan=False))
 
 
-def print_doubts(trace: Trace, more: Sequence[str], shown: Shown) -> None:
+def print_doubts(
+    trace: Trace, more: Sequence[str], shown: Shown, assumed: Sequence[str] = ()
+) -> None:
     """Print on what the numbers rest: the run's error where it is too large, what is assumed."""
-    count = len(trace.run.assumed)
+    count = len(trace.run.assumed) + len(assumed)
     if trace.error is not None and not trace.accuracy_kept:
         more = [*more, f"positions may be off by {trace.error_estimate:.1e} m or rad: NOT the "
                        f"{trace.run.numerics.accuracy:g} requested"]  # fmt: skip
@@ -144,7 +148,7 @@ def _print_rest(
     judged: PeakVerdicts | None, written: Sequence[Path], shown: Shown,
 ) -> None:  # fmt: skip
     """Print what follows the answer: doubts, files, the next command, and what was asked for."""
-    print_doubts(trace, more, shown)
+    print_doubts(trace, more, shown, job.assumed)
     names = ", ".join(map(near, written))
     following = f"next: {job.following}" if job.following and answer.good else ""
     line = f"wrote {names}" if written else ""
@@ -153,7 +157,8 @@ def _print_rest(
         if text:
             echo(text)
     if shown.full:
-        echo("\n" + "\n".join([*job.about, answer.verdict.line, run_summary(trace)]))
+        assumed = [f"assumed: {text}" for text in job.assumed]
+        echo("\n" + "\n".join([*job.about, *assumed, answer.verdict.line, run_summary(trace)]))
         if job.case.until is not None:
             echo(_steadiness(job.case, trace))
         for note in events_text(trace.events, trace.limits):
@@ -161,12 +166,14 @@ def _print_rest(
         if answer.budget is not None:
             echo("\n" + answer.budget.table())
     else:
-        print_parts(trace, answer.budget, shown)
+        print_parts(trace, answer.budget, shown, job.assumed)
     if judged is not None:
         echo("\n" + judged.table())
 
 
-def print_parts(trace: Trace, budget: TorqueBudget | None, shown: Shown) -> None:
+def print_parts(
+    trace: Trace, budget: TorqueBudget | None, shown: Shown, assumed: Sequence[str] = ()
+) -> None:
     """Print the joints and assumptions that were asked for."""
     from hexapod_pin.results.joint_budget import joint_lines
 
@@ -174,7 +181,7 @@ def print_parts(trace: Trace, budget: TorqueBudget | None, shown: Shown) -> None
         per = "window" if budget.window.cycles is None else "cycle"
         echo("\n" + "\n".join(joint_lines(budget.joints, per)))
     if shown.assumed:
-        echo("\n" + "\n".join(f"assumed: {text}" for text in trace.run.assumed))
+        echo("\n" + "\n".join(f"assumed: {text}" for text in (*trace.run.assumed, *assumed)))
 
 
 def near(path: Path) -> str:

@@ -174,7 +174,7 @@ MotorName = Annotated[
 ]
 Voltage = Annotated[
     OptionalFloat,
-    typer.Option(help="With --motor: supply [V]; default: the voltage of its data."),
+    typer.Option(help="With --motor: supply [V]; default: the voltage of its data, of several 12."),
 ]
 CatalogFile = Annotated[
     OptionalPath,
@@ -183,11 +183,12 @@ CatalogFile = Annotated[
 
 
 class ChosenMotor(NamedTuple):
-    """The motor of all joints, its row of the catalogue, and what to print of it."""
+    """The motor of all joints, its row of the catalogue, what to print of it, what is assumed."""
 
     motor: Motor | None = None
     record: MotorRecord | None = None
     lines: tuple[str, ...] = ()
+    assumed: tuple[str, ...] = ()
 
 
 def chosen_motor(name: str | None, voltage: float | None, catalog: Path | None) -> ChosenMotor:
@@ -206,7 +207,7 @@ def chosen_motor(name: str | None, voltage: float | None, catalog: Path | None) 
     from hexapod_pin.drive.catalog import load_catalog
 
     motors = load_catalog(catalog)
-    record, ratio = (motors.get(name), 1.0) if voltage is None else motors.supplied(name, voltage)
+    record, ratio = (motors.usual(name), 1.0) if voltage is None else motors.supplied(name, voltage)
     motor = record.motor(ratio)
     supply = "" if ratio == 1.0 else f", supplied with {voltage:g} V"
     line = (
@@ -214,9 +215,12 @@ def chosen_motor(name: str | None, voltage: float | None, catalog: Path | None) 
         f"{ratio * motor.stall_torque:.4g} N m, no-load speed "
         f"{ratio * motor.no_load_speed:.4g} rad/s, rotor {motor.armature:.2g} kg m^2 at the joint"
     )
-    assumed = [f"assumed: {text}" for text in record.assumed]
+    assumed = list(record.assumed)
+    named = name.strip().casefold() == record.name.casefold()
+    if voltage is None and not named and sum(row.model == record.model for row in motors) > 1:
+        assumed.append(f"supply of {record.voltage:g} V (--voltage)")
     flags = (f"note: {record.name}: {flag}" for flag in record.flags)
-    return ChosenMotor(motor, record, (line, *assumed, *flags))
+    return ChosenMotor(motor, record, (line, *flags), tuple(assumed))
 
 
 def torque_limit(text: str | None) -> float | None:
@@ -249,7 +253,7 @@ def _number(text: str | None, option: str, field: str) -> float | None:
     from hexapod_pin.drive.catalog import load_catalog
 
     try:
-        record = load_catalog().get(text)
+        record = load_catalog().usual(text)
     except UnknownNameError as error:
         allowed = f"a number, or a motor: {', '.join(error.known)}"
         raise ParameterError(option, text, allowed) from error

@@ -69,7 +69,7 @@ def budget(
 
     import_code(code)
     run, rows = load_trace(trace), load_catalog(catalog_file)
-    record = None if motor is None else rows.get(motor, voltage)
+    record = None if motor is None else rows.usual(motor, voltage)
     shown = Shown(full, joints, assumed, json, verdict, threads=threads)
     if pack_resistance is not None and record is None:
         raise ParameterError("--pack-resistance", pack_resistance, "given with --motor")
@@ -169,5 +169,5 @@ def view(
     show(
         load_trace(trace), speed=speed, port=port, open_browser=not no_browser,
         package_path=package_path or (),
-        motor=None if motor is None else load_catalog().get(motor, voltage),
+        motor=None if motor is None else load_catalog().usual(motor, voltage),
     )  # fmt: skip

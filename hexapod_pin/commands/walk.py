@@ -308,6 +308,7 @@ def walk(
             *posture_lines[:1],
             *([_posture_help(loaded, fitted)] if posture_help else []),
         ],
+        assumed=motors.assumed,
         caution=", ".join(filter(None, cautions)),
         motor=motors.record,
         repaired=repaired if doubtful else None,

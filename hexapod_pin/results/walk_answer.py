@@ -16,6 +16,7 @@ import numpy as np
 
 from hexapod_pin.arguments import checked
 from hexapod_pin.drive.catalog import MotorRecord
+from hexapod_pin.drive.catalog.catalog import USUAL_VOLTAGE
 from hexapod_pin.errors import HexapodError, NotRecordedError, ParameterError
 from hexapod_pin.immutable import Immutable
 from hexapod_pin.results.joint_budget import JointBudget, KindBudget
@@ -32,9 +33,6 @@ from hexapod_pin.text_table import WIDTH, Cell, Table, folded
 
 DIGITS = 3
 """Significant digits of a number that is exact, at most."""
-
-VOLTAGE = 12.0
-"""Of the battery, where the run has no motors [V], *assumed*."""
 
 NOTHING = 1e-9
 """Size below which a torque or a rate is rounding [N m, rad/s]."""
@@ -212,7 +210,7 @@ def walk_answer(
         >>> answer = walk_answer(trace)
         >>> print("\n".join(answer.lines()))
     """
-    supply = voltage or (record.voltage if record is not None else None) or VOLTAGE
+    supply = voltage or (record.voltage if record is not None else None) or USUAL_VOLTAGE
     verdict, budget, too_short = walk_verdict(trace), None, ""
     try:
         budget = torque_budget(trace)

@@ -30,6 +30,9 @@ from hexapod_pin.user_file import user_path
 SAME_VOLTAGE = 1e-6
 """Relative difference up to which two voltages are the same [-]."""
 
+USUAL_VOLTAGE = 12.0
+"""Of the battery, where none is given [V], *assumed*: three lithium cells, nearly full."""
+
 
 @checked
 @dataclass(frozen=True)
@@ -80,6 +83,20 @@ class Catalog:
             "voltage", voltage, f"one of {_voltages(found)} V for {found[0].model}",
             f"Write {found[0].name!r}, or the like, for one of them.",
         )  # fmt: skip
+
+    def usual(self, model: str, voltage: float | None = None) -> MotorRecord:
+        """Return the record that a command takes: as `get`, and of several voltages that at 12 V.
+
+        Raises:
+            UnknownNameError, ParameterError: as of `get`; a model with several voltages has none
+                at 12 V.
+        """
+        if voltage is None:
+            found = self._of(model)
+            usual = [record for record in found if _same(record.voltage, USUAL_VOLTAGE)]
+            if len(found) > 1 and len(usual) == 1:
+                return usual[0]
+        return self.get(model, voltage)
 
     def at(self, voltage: float) -> tuple[MotorRecord, ...]:
         """Return the records of a voltage.

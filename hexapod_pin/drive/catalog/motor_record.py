@@ -234,6 +234,7 @@ class MotorRecord(Spec):
             gear_ratio=ratio,
             torque_constant=None if self.gear_ratio is None else self.torque_constant,
             winding_resistance=self.winding_resistance,
+            mass=self.mass,
             thermal_resistance_winding=self.thermal_resistance_winding,
             thermal_resistance_housing=self.thermal_resistance_housing,
             thermal_time_winding=self.thermal_time_winding,
