@@ -54,7 +54,8 @@ def test_walk_with_a_file_of_motors(run: Run, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "text"),
     [
-        (("--motor", "nix"), "no motor named 'nix'"), (("--motor", "MX-64", "--voltage", "7.4"), "11.1, 12, 14.8 V"),
+        (("--motor", "nix"), "no motor named 'nix'"),
+        (("--motor", "MX-64", "--voltage", "7.4"), "11.1, 12, 14.8 V"),
         (("--motor", "AX-12A", "--voltage", "5"), "from 9 to 12 V"),
         (("--motor", "HerkuleX DRS-0201"), "no_load_speed"),
         (("--motor", "AX-12A", "--catalog", "none.csv"), "none.csv"),
@@ -96,6 +97,7 @@ def test_numbers_and_names() -> None:
     several = chosen_motor("MX-64", None, None)
     assert several.record.name == "MX-64 at 12 V"
     assert "supply of 12 V (--voltage)" in several.assumed
+    assert several.motor.mass == 0.135  # so its torque is not taken for kgf cm
     assert chosen_motor("MX-64 at 12 V", None, None).assumed == several.assumed[:-1]
     with pytest.raises(UnknownNameError):
         chosen_motor("strong", 12.0, None)
