@@ -39,6 +39,21 @@ def test_unknown_name_is_an_attribute_error_that_names_it():
         _ = hp.walkies
 
 
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("HuntCrossley", "; it is hp.contact.HuntCrossley"),
+        ("UrdfError", "; it is hp.errors.UrdfError"),
+        ("Contcat", "; did you mean hp.Contact?"), ("Any", ""), ("nix", ""),
+    ],
+)  # fmt: skip
+def test_a_name_that_is_elsewhere_or_misspelt_says_where_it_is(name: str, text: str):
+    with pytest.raises(AttributeError) as caught:
+        getattr(hp, name)
+    assert str(caught.value) == f"hexapod_pin has no {name!r}{text}"
+    assert caught.value.name == name
+
+
 def test_version_is_that_of_the_installed_package():
     from importlib.metadata import version
 
