@@ -140,6 +140,21 @@ def _within_turns(value: float) -> float:
 LARGEST_ANGLE = 2.0 * math.pi + 1e-9
 """Of a heading, and of what a robot turns by in a second: a larger one is in degrees [rad]."""
 
+
+def degrees_meant(angle: float, low: float, high: float) -> str:
+    """Return as a hint that an angle [rad] was meant in degrees; empty where it may not be.
+
+    Args:
+        angle: beyond a range [rad].
+        low: least angle of the range [rad].
+        high: largest; in degrees it is within the range.
+    """
+    meant = math.radians(angle)
+    if not (abs(angle) > LARGEST_ANGLE and low <= meant <= high):
+        return ""
+    return f"Degrees? {angle:g} degrees are {meant:.4g} rad."
+
+
 Radians = Annotated[float, AfterValidator(_within_turns)]
 """An angle [rad], or an angle in a second [rad/s]; one beyond a turn was meant in degrees."""
 

@@ -6,9 +6,11 @@ import re
 from collections.abc import Callable
 from typing import Any, Literal
 
+import numpy as np
 import pytest
 
 import hexapod_pin as hp
+from hexapod_pin.control.feedback import Command
 from hexapod_pin.control.gait import GAITS
 from hexapod_pin.errors import ArgumentError, ParameterError
 from hexapod_pin.ground.contact.contact import PRESETS
@@ -117,6 +119,34 @@ def test_the_words_that_stand_for_objects_are_those_that_make_one() -> None:
     assert MADE_BY["contact"][1] == tuple(PRESETS)
     for name in GAITS:
         assert eval(MADE_BY["gait"][0].format(name), {"hp": hp}).name == name
+
+
+def test_set_points_in_degrees_are_told_from_wrong_ones() -> None:
+    """A tibia at 90: from 0 to 2.79 rad are allowed. 3 rad is no 3 degrees, 200 no 200 degrees."""
+    robot = hp.load_robot("kharagpur")
+    scene, tibia = hp.Scene(robot), robot.joint_index("lf_tibia_joint")
+
+    class Constant:
+        period = 0.02
+
+        def __init__(self, angle: float) -> None:
+            self.q = robot.posture.copy()
+            self.q[tibia] = angle
+
+        def start(self, scene: hp.Scene, batch: int) -> None:
+            """Have no state."""
+
+        def update(self, time: float, measurement: Any, state: None) -> tuple[Command, None]:
+            return Command(np.tile(self.q, (len(measurement.q), 1))), None
+
+    for angle, meant in ((90.0, True), (3.0, False), (200.0, False)):
+        q = Constant(angle).q
+        for control in (
+            Constant(angle), hp.HoldPosture(q), hp.motion.SampledTrajectory([0.0, 1.0], [q, q]),
+        ):  # fmt: skip
+            with pytest.raises(ParameterError, match="lf_tibia_joint") as caught:
+                hp.simulate(scene, control, duration=0.1)
+            assert ("Degrees? 90 degrees are 1.571 rad." in str(caught.value)) == meant
 
 
 @pytest.mark.parametrize("name", ["heading", "turn_rate"])

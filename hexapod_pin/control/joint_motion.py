@@ -24,7 +24,7 @@ from hexapod_pin.control.knot_table import knot_times
 from hexapod_pin.control.time_function import TimeFunction
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.robot.leg_geometry import ANGLE_TOLERANCE
-from hexapod_pin.spec import parameter_error
+from hexapod_pin.spec import degrees_meant, parameter_error
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.robot import Robot
@@ -228,6 +228,7 @@ def refuse_beyond_limits(robot: Robot, plan: JointTrajectory, owner: str) -> Non
         raise ParameterError(
             f"{owner}.q[{robot.joint_names[joint]}]", value,
             f"{robot.lower[joint]:.4f} to {robot.upper[joint]:.4f} rad at t = {when:.4g} s",
+            degrees_meant(value, robot.lower[joint], robot.upper[joint]),
         )  # fmt: skip
     limit = robot.velocity_limit * (1.0 + RATE_TOLERANCE)
     found = _first_beyond(plan.time, rate, -limit, limit)

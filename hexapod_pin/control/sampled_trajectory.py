@@ -14,6 +14,7 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.control.joint_trajectory import JointTrajectory, TrajectoryKind, check_duration
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.robot.leg_geometry import ANGLE_TOLERANCE
+from hexapod_pin.spec import degrees_meant
 
 if TYPE_CHECKING:
     from hexapod_pin.robot.robot import Robot
@@ -99,7 +100,8 @@ class SampledTrajectory:
             if not np.isfinite(q[knot, joint]):
                 allowed = "finite [rad]"
             allowed += f" at t = {self._begin(knot)}"
-            raise ParameterError(where, float(q[knot, joint]), allowed)
+            hint = degrees_meant(float(q[knot, joint]), robot.lower[joint], robot.upper[joint])
+            raise ParameterError(where, float(q[knot, joint]), allowed, hint)
 
     def _check_moves(self, robot: Robot, q: Array) -> None:
         """Refuse a move of a joint that cannot turn."""
@@ -194,8 +196,9 @@ class HoldPosture:
         ):
             if not lower <= angle <= upper:
                 raise ParameterError(
-                    f"HoldPosture.q[{joint}]", float(angle), f"{lower:.4f} to {upper:.4f} rad"
-                )
+                    f"HoldPosture.q[{joint}]", float(angle), f"{lower:.4f} to {upper:.4f} rad",
+                    degrees_meant(float(angle), lower, upper),
+                )  # fmt: skip
         end = check_duration(duration)
         knots = np.tile(q, (2, 1))
         return JointTrajectory(

@@ -27,6 +27,7 @@ from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.checkpoint import Checkpoint, odd_part
 from hexapod_pin.simulation.native_run import NativeRun
 from hexapod_pin.simulation.run_outcome import contact_names
+from hexapod_pin.spec import degrees_meant
 from hexapod_pin.user_code import UserCode
 
 SAME_INSTANT = 1e-12
@@ -339,4 +340,6 @@ class LockStep:
         span = f" and from {lower:.4g} to {upper:.4g} {UNITS[name]}"
         allowed = f"finite, in {UNITS[name]}" if np.isinf(upper) else f"finite{span}"
         where = f"{by[0]}.{name}[{self.robot.joint_names[joint]}]"
-        return ParameterError(where, float(rows[row, joint]), allowed + at_time(by[1]))
+        value = float(rows[row, joint])
+        hint = degrees_meant(value, lower, upper) if name == "q" else ""
+        return ParameterError(where, value, allowed + at_time(by[1]), hint)
