@@ -49,6 +49,10 @@ NO_REPAIR = {
 """Kinds that only the user can repair."""
 
 
+CUT_LEG = {"zero axis", "axis of two", "unnamed joint"}
+"""Troubles whose repair leaves one leg without a joint or a foot, which is said of it."""
+
+
 @pytest.mark.parametrize("name", [*TOGETHER, *ALONE])
 def test_each_trouble_is_found_and_gone(name: str, tmp_path: Path) -> None:
     """Kind and place; a repair removes it where it can, adds nothing, and has no second effect.
@@ -73,7 +77,8 @@ def test_each_trouble_is_found_and_gone(name: str, tmp_path: Path) -> None:
     left, places = {x.what for x in after}, {(x.what, x.where) for x in after}
     assert {(x.what, x.where) in places for x in found} == {kind in NO_REPAIR}
     if kind != "absurd size":  # of which nothing else can be judged
-        assert left - {"mesh not found"} == ({kind} & NO_REPAIR) - {"mesh not found"}
+        cut = {"unlike the other legs"} if name in CUT_LEG else set()
+        assert left - {"mesh not found"} == (({kind} & NO_REPAIR) - {"mesh not found"}) | cut
     assert done.changes or kind in NO_REPAIR
     assert repair_urdf(done.file, NoMeshes()).file is done.file
 

@@ -351,10 +351,15 @@ def test_ctrl_c_during_the_verdict_leaves_the_walk(
 
 @pytest.mark.parametrize(
     ("torque", "speed", "vain"),
-    [(30.0, 6.0, False), (31.0, 6.0, True), (6.0, 100.0, False), (6.0, 101.0, True)],
-)
+    [
+        (30.0, 6.0, ""), (31.0, 6.0, "31 N m, 3.04 if kgf cm are meant"), (6.0, 100.0, ""),
+        (6.0, 101.0, "101 rad/s, 1.76 if degrees/s are meant"), (1e4, 6.0, "10000 N m"),
+        (6.0, 344.0, "344 rad/s, 6 if degrees/s are meant"), (6.0, 1e3, "1000 rad/s"),
+        (2e3, 6.0, "2000 N m, 2 if N mm are meant"),
+    ],
+)  # fmt: skip
 def test_limits_that_no_motor_has_are_said_to_be_such(
-    torque: float, speed: float, vain: bool
+    torque: float, speed: float, vain: str
 ) -> None:
     """18 motors of 120 N m/kg that weigh 1.5 times 3.09 kg give 30.9 N m each."""
     trace = real_walk()
@@ -364,7 +369,7 @@ def test_limits_that_no_motor_has_are_said_to_be_such(
     run = trace.run.model_copy(update={"robot": robot.model_copy(update=limits)})
     answer = walk_answer(changed(trace, run=run))
     assert answer.verdict.vain_limits == vain
-    ends = "its limits are no motor's" if vain else "nothing at a limit"
+    ends = f"its limits are no motor's ({vain})" if vain else "nothing at a limit"
     assert answer.headline.endswith(f", {ends}")
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -145,6 +145,38 @@ def loads_as_options() -> Iterator[None]:
         if not error.name.startswith("Scene.loads[") or not error.name.endswith(".mass"):
             raise
         raise ParameterError("--payload", error.value, error.allowed, error.hint) from None
+
+
+def require_early(loads: Sequence[Load], end: float) -> None:
+    """Refuse pushes and lost legs that begin when a run is over, at `end` [s].
+
+    Raises:
+        ParameterError: one does.
+    """
+    from hexapod_pin.scene.loads import LostLeg, Push
+
+    late = [x for x in loads if isinstance(x, Push | LostLeg) and x.start >= end]
+    if late:
+        raise ParameterError(
+            "--push, --lost-leg", late[0].start, f"before the run ends at {end:g} s",
+            "Begin earlier, or give a longer --duration.",
+        )  # fmt: skip
+
+
+LONGEST_CYCLE = 200.0
+"""Cycle that is given, above which milliseconds are suspected [s] (*assumed*): the slowest of
+16 public robots takes 19 s. Walking one takes minutes."""
+
+
+def require_seconds(cycle_time: float | None, force: bool) -> None:
+    """Refuse a cycle time [s] that is none that robots walk in, unless it is to be forced.
+
+    Raises:
+        ParameterError: it is above `LONGEST_CYCLE`.
+    """
+    if cycle_time is not None and cycle_time > LONGEST_CYCLE and not force:
+        hint = f"ms? {cycle_time:g} ms are {1e-3 * cycle_time:g} s. --force walks it all the same."
+        raise ParameterError("--cycle-time", cycle_time, f"at most {LONGEST_CYCLE:g} s", hint)
 
 
 # Angles are degrees on the command line, radians in Python: one is easily given for the other.

@@ -38,6 +38,8 @@ from hexapod_pin.commands.scene_options import (
     posture_doubt,
     read_loads,
     read_terrain_option,
+    require_early,
+    require_seconds,
     slope_doubt,
     turn_doubt,
 )
@@ -58,6 +60,9 @@ WALKED_CYCLES = 4
 
 LEAST_TORQUE, LONGEST_STROKE = "least-torque", "longest-stroke"
 """Values of --posture that ask for a search instead of giving angles."""
+
+TALLEST = 100.0
+"""Height over the standing one from which it is in millimetres [-]."""
 
 SHORT_STROKE = 0.75
 """Stroke over the default one below which the first line has it, and a posture is tried [-]."""
@@ -232,6 +237,7 @@ def walk(
     loaded = load_robot(robot, options=options)
     announce("planning the gait")
     name = gait or default_gait(loaded)
+    require_seconds(cycle_time, force)
     numbers = given(cycle_time=cycle_time, duty=duty, lift=lift, speed=speed)
     turning = {"heading": math.radians(heading), "turn_rate": math.radians(turn_rate)}
     radians = posture_doubt(posture)
@@ -269,14 +275,7 @@ def walk(
     )  # fmt: skip
     if duration is None:
         case = until_steady(case)
-    from hexapod_pin.scene.loads import LostLeg, Push
-
-    late = [x for x in scene.loads if isinstance(x, Push | LostLeg) and x.start >= time]
-    if late:
-        raise ParameterError(
-            "--push, --lost-leg", late[0].start, f"before the run ends at {time:g} s",
-            "Begin earlier, or give a longer --duration.",
-        )  # fmt: skip
+    require_early(scene.loads, time)
     if case_path is not None:
         echo(f"wrote {case.save(case_path)}", err=shown.json)
 
@@ -412,7 +411,8 @@ def _raised(robot: Robot, gait: Gait, height: float | None) -> BodyMotion | None
         allowed = (
             f"{side} {standing + error.limit:.4g} m in this gait ({standing:.4g} as it stands)"
         )
-        raise ParameterError("--height", height, allowed) from None
+        hint = f"mm? {height:g} mm are {1e-3 * height:g} m." if height > TALLEST * standing else ""
+        raise ParameterError("--height", height, allowed, hint) from None
     return motion
 
 

@@ -116,7 +116,8 @@ class WalkAnswer(Immutable):
             slip is not None, self.margin is not None, verdict.push, verdict.lost_legs, self.caution
         )  # fmt: skip
         if len(parts) == sum(map(bool, known)) + len(verdict.cautions):
-            free = VAIN_LIMITS if verdict.vain_limits else NO_LIMIT
+            vain = verdict.vain_limits
+            free = f"{VAIN_LIMITS} ({vain})" if vain else NO_LIMIT
             parts.append("prescribed motion" if verdict.prescribed else free)
         return parts
 

@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.drive.motor import HIGHEST_SPEED, most_torque
 from hexapod_pin.errors import HexapodError
 from hexapod_pin.results.ground_obstacle import (
     UPWARDS,
@@ -80,21 +79,6 @@ def at_speed_limit(trace: Trace) -> JointShare:
     """Return the joint that was longest at or above the velocity limit of its URDF, by samples."""
     limit = trace.run.robot.velocity(len(trace.joint_names))
     return _sampled(trace, np.abs(trace.v[:, 6:]), limit)
-
-
-def limits_are_of_no_motor(trace: Trace) -> bool:
-    """Return whether the robot's own limits are beyond any motor's: to be below them says nothing.
-
-    By the rule for the motors of a scene: half of the joints or more have a torque whose motors
-    would weigh more than `MOTORS_SHARE` of the robot, or are faster than any motor.
-    """
-    scene, joints = trace.run.scene, len(trace.joint_names)
-    if not joints or trace.run.prescribed or (scene is not None and scene.servo.motor is not None):
-        return False
-    most = most_torque(trace.run.robot.mass, joints)
-    torque = float(np.median(trace.run.robot.effort(joints)))
-    speed = float(np.median(trace.run.robot.velocity(joints)))
-    return most < torque < math.inf or HIGHEST_SPEED < speed < math.inf
 
 
 def slip_of(trace: Trace, planned_speed: float) -> Slip | None:

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
+
 import numpy as np
 
-from hexapod_pin.drive.motor import TORQUE_UNITS, Motor
+from hexapod_pin.drive.motor import HIGHEST_SPEED, TORQUE_UNITS, Motor, most_torque
 from hexapod_pin.results.ground_obstacle import find_obstacle, gravity_doubt, sinking
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.walk_causes import Slip, dragged_feet, friction_coefficient
@@ -34,21 +37,24 @@ def cautions(trace: Trace, slip: Slip | None) -> tuple[str, ...]:
     if (sunk := sinking(trace)) is not None:
         found.append(f"feet sink {1e3 * sunk.depth:.2g} mm, lift {1e3 * sunk.lift:.0f} mm")
     found += [gravity_doubt(trace.run.gravity)] * bool(gravity_doubt(trace.run.gravity))
-    return (*found, *_unknown_error(trace), *_exchanged_gains(trace), *_reserve(trace))
+    return (*found, *_unknown_error(trace), *_odd_gains(trace), *_reserve(trace))
 
 
-SLOWEST_SERVO = 1.0
-"""Damping over stiffness from which a servo's gains are doubted [s] (*assumed*): 0.02 is usual."""
+SLOWEST_SERVO, LIVELIEST_SERVO = 1.0, 0.005
+"""Damping over stiffness from which, and below which, a servo's gains are doubted [s] (*assumed*):
+0.02 is usual, and with a quarter of it joints swing at every step."""
 
 
-def _exchanged_gains(trace: Trace) -> tuple[str, ...]:
-    """Return that a servo's damping exceeds its stiffness: the gains may be exchanged."""
+def _odd_gains(trace: Trace) -> tuple[str, ...]:
+    """Return that a servo hardly damps, or that its gains may be exchanged; mostly nothing."""
     scene = trace.run.scene
     gains = (None, None) if scene is None else (scene.servo.kp, scene.servo.kd)
-    kp, kd = (float(x) if isinstance(x, int | float) else 0.0 for x in gains)
-    if trace.run.prescribed or not kd > SLOWEST_SERVO * kp > 0.0:
+    kp, kd = (float(x) if isinstance(x, int | float) else math.nan for x in gains)
+    if trace.run.prescribed or not kp > 0.0:
         return ()
-    return (f"kd {kd:.3g} above kp {kp:.3g} (exchanged?)",)
+    if kd < LIVELIEST_SERVO * kp:
+        return (f"servos hardly damped (kd {kd:.3g} for kp {kp:.3g})",)
+    return (f"kd {kd:.3g} above kp {kp:.3g} (exchanged?)",) if kd > SLOWEST_SERVO * kp else ()
 
 
 MUCH_ERROR = 0.1
@@ -92,3 +98,44 @@ def _reserve(trace: Trace) -> tuple[str, ...]:
 
 LEAST_KGF_CM = 0.5
 """Of the largest torque of a run, what the motor would give at least if kgf cm were meant [-]."""
+
+
+# Limits of the robot's own file that no motor has.
+
+
+MOST_SPARE = 5.0
+"""Limit over what a run needs within which a unit explains it [-] (*assumed*)."""
+
+SPEED_UNITS = {"degrees/s": math.pi / 180.0, "rpm": math.pi / 30.0}
+"""What data sheets give speeds in, in rad/s."""
+
+
+def vain_limits(trace: Trace) -> str:
+    """Return one of the robot's own limits beyond any motor's: to be below it says nothing.
+
+    By the rule for the motors of a scene: half of the joints or more have a torque whose motors
+    would weigh more than `MOTORS_SHARE` of the robot, or are faster than any motor. With the unit
+    in which a motor has it; empty where motors have such limits.
+    """
+    scene, joints = trace.run.scene, len(trace.joint_names)
+    if not joints or trace.run.prescribed or (scene is not None and scene.servo.motor is not None):
+        return ""
+    most = most_torque(trace.run.robot.mass, joints)
+    torque = float(np.median(trace.run.robot.effort(joints)))
+    speed = float(np.median(trace.run.robot.velocity(joints)))
+    if most < torque < math.inf:
+        units = {unit: TORQUE_UNITS[unit] for unit in ("kgf cm", "N cm", "N mm")}
+        needed = np.abs(trace.torque).max(initial=0.0) if "torque" in trace.recorded else 0.0
+        return f"{torque:.5g} N m{_meant(torque, units, float(needed))}"
+    if HIGHEST_SPEED < speed < math.inf:
+        needed = np.abs(trace.v[:, 6:]).max(initial=0.0)
+        return f"{speed:.5g} rad/s{_meant(speed, SPEED_UNITS, float(needed))}"
+    return ""
+
+
+def _meant(limit: float, units: Mapping[str, float], needed: float) -> str:
+    """Return a limit in the largest unit in which a run needs a fair part of it; mostly nothing."""
+    for unit, factor in sorted(units.items(), key=lambda item: -item[1]):
+        if 0.0 < needed <= factor * limit <= MOST_SPARE * needed:
+            return f", {factor * limit:.3g} if {unit} are meant"
+    return ""

@@ -29,11 +29,10 @@ from hexapod_pin.results.walk_causes import (
     at_torque_limit,
     dragging,
     lag,
-    limits_are_of_no_motor,
     lost_legs,
     slip_of,
 )
-from hexapod_pin.results.walk_cautions import cautions
+from hexapod_pin.results.walk_cautions import cautions, vain_limits
 
 LEAST_SHARE = 0.8
 """Fraction of the planned distance, and of the planned yaw, from which a robot walks."""
@@ -78,7 +77,8 @@ class WalkVerdict(Immutable):
         doubts: what in the robot's file makes torques doubtful, in short phrases.
         push: what pushes did, from the first of them on; None of a run without one.
         lost_legs: legs whose drives gave no torque, from some time of the run on.
-        vain_limits: whether the robot's own limits are beyond any motor's, so that none acts.
+        vain_limits: one of the robot's own limits that is beyond any motor's, so that none acts,
+            with the unit that was perhaps meant; empty where motors have such.
         cautions: what else to know of a robot that walks, in a few words each.
     """
 
@@ -106,7 +106,7 @@ class WalkVerdict(Immutable):
     doubts: tuple[str, ...] = ()
     push: PushEffect | None = None
     lost_legs: tuple[str, ...] = ()
-    vain_limits: bool = False
+    vain_limits: str = ""
     cautions: tuple[str, ...] = ()
 
     @property
@@ -183,7 +183,7 @@ def walk_verdict(trace: Trace) -> WalkVerdict:
         holds=trace.run.case.controller.get("kind") == "hold",
         reason=reason, advice=hint.text, cause=hint.cause, change=hint.change,
         doubts=trace.run.robot.doubts, push=push,
-        lost_legs=lost, vain_limits=limits_are_of_no_motor(trace),
+        lost_legs=lost, vain_limits=vain_limits(trace),
         cautions=() if reason else cautions(trace, slip),
     )  # fmt: skip
 

@@ -142,4 +142,5 @@ def read_terrain(data: Mapping[str, Any]) -> AnyTerrain:
         if found is not None:
             return cast("AnyTerrain", found)
     known = [*KINDS, *plugin_names(TERRAINS)]
-    raise ParameterError("terrain.kind", kind, f"one of {', '.join(known)}")
+    hint = "" if kind is not None else f"Given without a kind: {', '.join(data) or 'nothing'}."
+    raise ParameterError("terrain.kind", kind, f"one of {', '.join(known)}", hint)

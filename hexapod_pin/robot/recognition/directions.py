@@ -278,9 +278,9 @@ def _along(line: MiddleLine, flat: Array) -> float:
 FEWEST = 4
 """Legs that must agree."""
 
-_SIDE_FIRST = re.compile(r"(?<![a-z])([lr])_?([fmrbh])(?![a-z])")
-_ROW_FIRST = re.compile(r"(?<![a-z])([fmrbh])_?([lr])(?![a-z])")
-_SIDE_ROW = re.compile(r"(?<![a-z])(l|r|left|right)_?([1-4])(?!\d)")
+SIDE_FIRST = re.compile(r"(?<![a-z])([lr])_?([fmrbh])(?![a-z])")
+ROW_FIRST = re.compile(r"(?<![a-z])([fmrbh])_?([lr])(?![a-z])")
+SIDE_ROW = re.compile(r"(?<![a-z])(l|r|left|right)_?([1-4])(?!\d)")
 _WORDS = (("f", ("front", "fore")), ("r", ("rear", "back", "hind")), ("m", ("mid",)))
 _ROWS = {"f": 1.0, "m": 0.0, "r": -1.0, "b": -1.0, "h": -1.0}
 
@@ -333,9 +333,9 @@ def _code_of(limb: Sequence[str], read: Callable[[str], _Code | None]) -> _Code 
 
 def _letters(name: str) -> _Code | None:
     """Read lf, rm, br, lm1, ..."""
-    if found := _SIDE_FIRST.search(name):
+    if found := SIDE_FIRST.search(name):
         return _ROWS[found[2]], found[0]
-    if found := _ROW_FIRST.search(name):
+    if found := ROW_FIRST.search(name):
         return _ROWS[found[1]], found[0]
     return None
 
@@ -350,7 +350,7 @@ def _words(name: str) -> _Code | None:
 
 def _numbers(name: str) -> _Code | None:
     """Read l1, r3, left_2: one is in front."""
-    found = _SIDE_ROW.search(name)
+    found = SIDE_ROW.search(name)
     return (-float(found[2]), found[0]) if found else None
 
 

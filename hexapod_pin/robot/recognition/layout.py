@@ -90,7 +90,8 @@ class RobotLayout:
         posture: standing angle of every joint that walks [rad].
         inferred: a sentence on each inference; empty where the file states everything.
         feet: foot links of a robot without legs to walk with.
-        caution: what speaks against a direction that the user gives; empty where nothing does.
+        caution: what speaks against a direction that the user gives, or against the names of
+            legs; empty where nothing does.
     """
 
     turn: Array

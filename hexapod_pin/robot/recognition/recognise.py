@@ -47,6 +47,7 @@ from hexapod_pin.robot.recognition.legs import Legs, choose_legs
 from hexapod_pin.robot.recognition.posture_frame import LegFrame, with_joint_at
 from hexapod_pin.robot.recognition.posture_search import standing_posture
 from hexapod_pin.robot.recognition.shape_points import link_points
+from hexapod_pin.robot.recognition.sides import side_doubt
 from hexapod_pin.robot.recognition.up import Up, find_up
 
 if TYPE_CHECKING:
@@ -109,6 +110,8 @@ def _recognised(
         standing = stand(file, legs, names, feet, walking, forward.turn, stated, low, standing)
     texts = [*reasons, *([surplus] if surplus else []), *feet_text(file, legs, names, feet)]
     found = _layout(file, legs, names, feet, walking, forward.turn, standing, texts)
+    if legs.given is None and hints.forward is None:
+        doubt = _side_doubt(legs, forward.turn, forward.named)
     return replace(found, caution=doubt)
 
 
@@ -156,6 +159,13 @@ def _order(legs: Legs, turn: Array) -> tuple[list[int], tuple[str, ...]]:
     left = is_left(hips)
     order = sorted(range(len(hips)), key=lambda k: (not left[k], -hips[k, 0]))
     return order, leg_names(sum(left), len(left) - sum(left))
+
+
+def _side_doubt(legs: Legs, turn: Array, front_known: bool) -> str:
+    """Return that legs stand on the other side than their names say; mostly nothing."""
+    hips = hip_points(legs.chains, legs.frames, legs.tips, turn[:, 2])
+    left = is_left((hips - hips.mean(axis=0)) @ turn)
+    return side_doubt([chain.names for chain in legs.chains], left, front_known)
 
 
 def _trunk_low(file: UrdfFile, finder: ResourceFinder, legs: Legs, up: Up) -> float | None:

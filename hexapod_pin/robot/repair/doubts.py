@@ -26,6 +26,7 @@ OFF_HIPS = "trunk off its hips"
 SAME_INERTIA = "one inertia for all links"
 SAME_MASS = "one mass for all links"
 NARROW = "narrow limits"
+LIGHT_LEGS = "legs without motors"
 """Kinds of finding of all links or joints together."""
 
 OF_ALL = {
@@ -33,6 +34,7 @@ OF_ALL = {
     OFF_HIPS: "the trunk's centre of mass lies {value}",
     SAME_INERTIA: "inertias are a placeholder, {value}",
     SAME_MASS: "masses are a placeholder, {value}",
+    LIGHT_LEGS: "legs weigh {value}",
     NARROW: "limits look like radians read as degrees: {value}",
 }
 """Phrases of these."""

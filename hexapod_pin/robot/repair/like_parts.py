@@ -16,14 +16,11 @@ from statistics import median
 import numpy as np
 
 from hexapod_pin.robot.description.solids import finite
-from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile
+from hexapod_pin.robot.description.urdf_file import Joint
 from hexapod_pin.robot.repair.doubts import UNLIKE
 from hexapod_pin.robot.repair.finding import Draft, Finding, number
+from hexapod_pin.robot.repair.leg_layout import FEWEST_LIKE, layout_findings
 from hexapod_pin.robot.repair.measures import Measures
-from hexapod_pin.robot.repair.structure import trunk_links, trunk_root
-
-FEWEST_LIKE = 4
-"""Parts of which one can be unlike the others (*assumed*)."""
 
 MUCH_UNLIKE = 3.0
 """Ratio of two numbers of one kind from which they differ, and within which they agree (*assumed*):
@@ -35,8 +32,13 @@ SEVERAL_UNLIKE = 500.0
 VERY_UNLIKE = 1e3
 """Ratio of two masses from which no walk is tried (*assumed*)."""
 
-LENGTH_UNLIKE = 1.5
-"""The same of the distances between joints (*assumed*)."""
+LENGTH_UNLIKE = 1.1
+"""The same of the distances between joints, and to the ends of legs (*assumed*): those of 18 robots
+differ by 1.2 % at most."""
+
+LENGTH_THAT_MATTERS = 0.02
+"""Difference of such a distance over the span of all joints, below which it is let pass
+(*assumed*)."""
 
 MASS_THAT_MATTERS = 0.02
 """Difference of mass over that of the robot, below which no torque depends on it (*assumed*)."""
@@ -48,7 +50,7 @@ class Unlike:
 
     Attributes:
         joint: which has it, or moves the body that has it.
-        kind: "effort", "velocity", "mass" or "length".
+        kind: "effort", "velocity", "mass", "length" or "end".
         value: of this leg, in SI units.
         usual: median of the other legs.
     """
@@ -59,10 +61,13 @@ class Unlike:
     usual: float
 
 
-LIMITS = ("effort", "velocity")
+WITH_ZERO = ("effort", "velocity", "end")
 """Kinds of which 0 is a number like others."""
 
-UNITS = {"effort": "N m", "velocity": "rad/s", "mass": "kg", "length": "m"}
+LENGTHS = ("length", "end")
+"""Kinds that are distances: from the joint before, and from a leg's last joint to its end."""
+
+UNITS = {"effort": "N m", "velocity": "rad/s", "mass": "kg"}
 
 
 def like_joints(measures: Measures) -> list[list[Joint]]:
@@ -78,12 +83,17 @@ def unlike_parts(measures: Measures) -> list[Unlike]:
     """Return every number of one leg that differs much from those of all other legs."""
     found: list[Unlike] = []
     lengths = _lengths(measures)
+    last = [chain[-1] for chain in measures.chains]
     for joints in like_joints(measures):
         if len(joints) < FEWEST_LIKE or len({joint.kind for joint in joints}) > 1:
             continue
         found += _odd(joints, "effort", [joint.limit("effort") for joint in joints])
         found += _odd(joints, "velocity", [joint.limit("velocity") for joint in joints])
-        found += _odd(joints, "length", [lengths[id(joint)] for joint in joints])
+        apart = _odd(joints, "length", [lengths[id(joint)] for joint in joints])
+        if all(joint in last for joint in joints):
+            apart += _odd(joints, "end", [_end(measures, joint) for joint in joints])
+        least = LENGTH_THAT_MATTERS * measures.span
+        found += [x for x in apart if abs(x.value - x.usual) >= least]
         masses = [_mass(measures, joint) for joint in joints]
         least = MASS_THAT_MATTERS * measures.total_mass
         found += [x for x in _odd(joints, "mass", masses) if abs(x.value - x.usual) >= least]
@@ -100,14 +110,19 @@ def unlike_findings(measures: Measures) -> Iterator[Finding]:
             UNLIKE, f"joint {axis.joint.name!r}", value, "legs are alike", "the axis is reversed",
             "suspicious",
         )  # fmt: skip
-    yield from _misplaced(measures)
+    yield from layout_findings(measures)
     yield from _turned_axes(measures)
     for one in unlike_parts(measures):
-        unit = UNITS[one.kind]
+        unit = UNITS.get(one.kind, "m")
         if one.kind == "length":
             place = f"joint {one.joint.name!r}"
             value = f"{one.value:.3g} m from the joint before it, {one.usual:.3g} m in other legs"
             repair = "check it by hand: a longer leg is possible"
+        elif one.kind == "end":
+            place = f"link {one.joint.child!r}"
+            far = f"{one.value:.3g} m from" if one.value else "at"
+            value = f"ends {far} its joint, {one.usual:.3g} m in other legs"
+            repair = "check it by hand: a link may be missing beyond it"
         elif one.kind == "mass":
             place = f"link {one.joint.child!r}"
             value = f"mass {one.value:.3g} kg, {one.usual:.3g} kg in other legs"
@@ -116,11 +131,11 @@ def unlike_findings(measures: Measures) -> Iterator[Finding]:
             place = f"joint {one.joint.name!r}"
             value = f"{one.kind} {one.value:.3g} {unit}, {one.usual:.3g} in other legs"
             repair = f"the {one.kind} of the other legs"
-        far = not one.usual / VERY_UNLIKE < one.value < one.usual * VERY_UNLIKE
-        refused = one.kind == "mass" and far  # a walk would take hours
+        alike = one.usual / VERY_UNLIKE < one.value < one.usual * VERY_UNLIKE
+        refused = one.kind == "mass" and not alike  # a walk would take hours
         yield Finding(
             f"mass {UNLIKE}" if refused else UNLIKE, place, value, "legs are alike", repair,
-            "refused" if refused else "suspicious", repairable=one.kind != "length",
+            "refused" if refused else "suspicious", repairable=one.kind not in LENGTHS,
         )  # fmt: skip
 
 
@@ -196,40 +211,6 @@ def _downwards(
     if abs(cosine) < PITCH:
         return None
     return (lower, upper) if cosine > 0.0 else (0.0 - upper, 0.0 - lower)
-
-
-def _misplaced(measures: Measures) -> Iterator[Finding]:
-    """Yield that one leg carries joints that another one lacks: a parent is the wrong link's."""
-    file = measures.file
-    root = trunk_root(file)
-    trunk = set() if root is None else set(trunk_links(file, root))
-    counts = {
-        joint.child: sum(x.moves for x in _joints_below(file, joint))
-        for joint in file.joints
-        if joint.moves and joint.parent in trunk
-    }
-    if len(counts) < FEWEST_LIKE:
-        return
-    usual = int(median(counts.values()))
-    odd = {name: count for name, count in counts.items() if count != usual}
-    if len(odd) != 2 or sum(odd.values()) != 2 * usual:
-        return
-    full, bare = sorted(odd, key=lambda name: -odd[name])
-    value = f"moves {odd[full]} joints, {bare} {odd[bare]}, {usual} in other legs"
-    yield Finding(
-        UNLIKE, f"link {full!r}", value, "legs are alike", "correct the parent of a joint by hand",
-        "suspicious", repairable=False,
-    )  # fmt: skip
-
-
-def _joints_below(file: UrdfFile, joint: Joint) -> list[Joint]:
-    """Return a joint and all that it carries."""
-    found, seen = [joint], {joint.child}
-    for one in found:
-        below = [x for x in file.joints_below.get(one.child, ()) if x.child not in seen]
-        seen.update(x.child for x in below)
-        found += below
-    return found
 
 
 MUCH_TURNED, LITTLE_TURNED = 0.5, 0.1
@@ -313,7 +294,7 @@ def repair_unlike(draft: Draft) -> None:
             element.set("xyz", " ".join(number(-x) for x in odd.joint.axis))
             draft.change(f"joint {odd.joint.name!r}", "axis reversed, as in the other legs")
     for one in unlike_parts(measures):
-        if one.kind == "length":
+        if one.kind in LENGTHS:
             continue
         if one.kind == "mass":
             _repair_mass(draft, measures, one)
@@ -372,8 +353,8 @@ def _odd(joints: list[Joint], kind: str, values: list[float]) -> list[Unlike]:
 
     Several, fewer than half, where they differ by a unit.
     """
-    much = LENGTH_UNLIKE if kind == "length" else MUCH_UNLIKE
-    least = 0.0 if kind in LIMITS else math.ulp(0.0)  # what is missing is found elsewhere
+    much = LENGTH_UNLIKE if kind in LENGTHS else MUCH_UNLIKE
+    least = 0.0 if kind in WITH_ZERO else math.ulp(0.0)  # what is missing is found elsewhere
     if not all(math.isfinite(value) and value >= least for value in values):
         return []
     middle = median(values)
@@ -399,6 +380,19 @@ def _lengths(measures: Measures) -> dict[int, float]:
             ends = (places[x.child][1] for x in (above, below)) if known and above else ()
             found[id(below)] = math.dist(*ends) if known else 0.0
     return found
+
+
+def _end(measures: Measures, joint: Joint) -> float:
+    """Return how far the frames of the body that a joint moves are from it, at most [m].
+
+    NaN where the place of one cannot be read.
+    """
+    places, file = measures.places, measures.file
+    names = [name for name in file.rigid_group(joint.child) if name in places]
+    below = [x for name in names for x in file.joints_below.get(name, ())]
+    if not all(math.isfinite(x) for one in below for x in (*one.xyz, *one.rpy)):
+        return math.nan
+    return max((math.dist(places[x][1], places[joint.child][1]) for x in names), default=0.0)
 
 
 def _mass(measures: Measures, joint: Joint) -> float:

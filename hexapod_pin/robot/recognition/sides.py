@@ -1,0 +1,52 @@
+"""Legs that are named for one side and stand on the other: names are exchanged, or places."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from hexapod_pin.robot.recognition.directions import (
+    FEWEST,
+    ROW_FIRST,
+    SIDE_FIRST,
+    SIDE_ROW,
+    plain,
+)
+
+WORD = re.compile(r"(?<![a-z])(left|right)(?![a-z])")
+
+
+def side_doubt(names: Sequence[Sequence[str]], left: Sequence[bool], front_known: bool) -> str:
+    """Return that legs stand on the other side than their names say; mostly nothing.
+
+    Args:
+        names: of the joints and links of each leg.
+        left: whether a leg stands on the left.
+        front_known: whether names tell the front: else all sides may be the other way round.
+    """
+    sides = [_side(limb) for limb in names]
+    known = [k for k, side in enumerate(sides) if side is not None]
+    wrong = [k for k in known if (sides[k] or ("", ""))[0] != ("l" if left[k] else "r")]
+    if len(known) < FEWEST or len(left) % 2 or not wrong:  # an odd leg stands on either side
+        return ""
+    if len(wrong) == len(known):
+        return "left and right legs are exchanged" if front_known else ""
+    if 2 * len(wrong) >= len(known):
+        return ""
+    called = ", ".join((sides[k] or ("", ""))[1] for k in wrong)
+    one = len(wrong) == 1
+    return f"leg{'' if one else 's'} {called} stand{'s' if one else ''} on the other side"
+
+
+def _side(limb: Sequence[str]) -> tuple[str, str] | None:
+    """Return the side, l or r, that a limb's names say, and the name; None where they disagree."""
+    found = [side for name in limb if (side := _read(plain(name)))]
+    return found[0] if found and len({side for side, _ in found}) == 1 else None
+
+
+def _read(name: str) -> tuple[str, str] | None:
+    """Read lf, l_2, fl, left."""
+    for pattern, group in ((SIDE_FIRST, 1), (ROW_FIRST, 2), (SIDE_ROW, 1), (WORD, 1)):
+        if found := pattern.search(name):
+            return found[group][0], found[0]
+    return None
