@@ -15,7 +15,7 @@ from broken_urdfs import Break, put
 from conftest import Run
 
 import hexapod_pin as hp
-from hexapod_pin.commands.scene_options import posture_doubt
+from hexapod_pin.commands.scene_options import named_slowness, posture_doubt
 from hexapod_pin.control.gait_refusal import overlaps
 from hexapod_pin.errors import ParameterError, UrdfError
 from hexapod_pin.results.ground_obstacle import gravity_doubt
@@ -159,6 +159,26 @@ DOUBTED = {
     "a leg turned round": (
         [put("joint rm_coxa_joint/origin", rpy="0 0 1.5707963267948966")],
         "rm_coxa_joint: its leg points into the trunk, the others away from it",
+    ),
+    "a leg turned to the rear": (
+        [put("joint rr_coxa_joint/origin", rpy="0 0 3.141592653589793")],
+        "rr_coxa_joint: its leg points elsewhere than its mirror image",
+    ),
+    "a digit lost in a hip": (
+        [put("joint rf_coxa_joint/origin", xyz="0.02 -0.1025 0")],
+        "rf_coxa_joint: starts where no leg mirrors it",
+    ),
+    "damping of one knee": (
+        [put("joint lm_tibia_joint/dynamics", damping="0.2")],
+        "lm_tibia_joint: damping 0.2 N m s/rad, 0 in other legs",
+    ),
+    "a foot of 30 mm": (
+        [put("link lm_foot/collision/geometry/sphere", radius="0.03")],
+        r"lm_tibia: a foot of radius 0\.03 m, 0\.01 m in other legs",
+    ),
+    "a femur 40 mm too high": (
+        [put("joint lf_femur_joint/origin", xyz="0.0835 0 0.06")],
+        r"lf_femur_joint: 0\.103 m from the joint before it, 0\.0835 m in other legs",
     ),
     "all mass in the trunk": (
         [every("mass", "value", lambda x: x if x > 1.0 else 1e-3)],
@@ -310,7 +330,7 @@ def test_options_in_milliseconds_millimetres_or_without_a_kind_are_named(
         ({"lf": "rf", "rf": "lf"}, "legs rf, lf stand on the other side"),
         (
             {side + row: other + row for side, other in ("lr", "rl") for row in "fmr"},
-            "left and right legs are exchanged",
+            "left and right legs are exchanged (upside down?)",
         ),
         ({}, ""),
     ],
@@ -327,6 +347,43 @@ def test_legs_on_the_other_side_than_their_names_say_are_named(
                     element.set(key, f"{names[leg]}_{part}")
 
     assert hp.load_robot(written(tmp_path, exchange)).caution == said
+
+
+def test_a_joint_that_the_files_own_posture_leaves_outside_its_limits_is_named(
+    run: Run, tmp_path: Path
+) -> None:
+    """The option --posture was named, which nobody had given, and no joint."""
+    written(tmp_path, put("joint rm_coxa_joint/limit", lower="0.5", upper="1.5"))
+    done = run("walk", "robot.urdf")
+    assert done.status == 2 and "posture[rm_coxa_joint] = 0.0: must be from 0.5" in done.err
+    assert "--posture" not in done.err
+
+
+def test_the_one_joint_that_stretches_a_cycle_is_named(tmp_path: Path) -> None:
+    path = written(tmp_path, put("joint lr_femur_joint/limit", velocity="0.5"))
+    said = "cycle 9 s: its joints are slow"
+    slow = "cycle 9 s: lr_femur_joint is slow (0.5 rad/s, 6 in others)"
+    assert named_slowness(hp.load_robot(path), said) == slow
+    assert named_slowness(hp.load_robot("kharagpur"), said) == said
+    assert named_slowness(hp.load_robot(path), "") == ""
+
+
+def test_friction_below_that_of_ice_is_named() -> None:
+    """A walk of 59 % slip had no cause."""
+    contact = hp.Contact.accurate().with_mu(0.01)
+    scene = hp.Scene(hp.load_robot("kharagpur"), contact=contact)
+    slips = hp.simulate(scene, GAIT, duration=0.1, step=1e-3)
+    assert "friction of 0.01, less than on ice" in cautions(slips, None)
+
+
+def test_a_missing_leg_is_said(tmp_path: Path) -> None:
+    def lose(root: ET.Element) -> None:
+        root.remove(root.find("hexapod_pin"))  # type: ignore[arg-type]
+        for element in [*root.findall("link"), *root.findall("joint")]:
+            if element.get("name", "").startswith("rm_"):
+                root.remove(element)
+
+    assert hp.load_robot(written(tmp_path, lose)).caution == "it has 5 legs"
 
 
 def test_a_study_of_which_no_case_runs_says_why_first(run: Run, tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from statistics import median
 from typing import TYPE_CHECKING
 
 from hexapod_pin.errors import ParameterError
@@ -177,6 +178,26 @@ def require_seconds(cycle_time: float | None, force: bool) -> None:
     if cycle_time is not None and cycle_time > LONGEST_CYCLE and not force:
         hint = f"ms? {cycle_time:g} ms are {1e-3 * cycle_time:g} s. --force walks it all the same."
         raise ParameterError("--cycle-time", cycle_time, f"at most {LONGEST_CYCLE:g} s", hint)
+
+
+MUCH_SLOWER = 3.0
+"""Median velocity limit over the least from which one joint is slow, not all (*assumed*)."""
+
+
+def named_slowness(robot: Robot, slowness: str) -> str:
+    """Return that slow joints stretch a cycle, with the name of the joint where one is slow alone.
+
+    Args:
+        robot: that walks.
+        slowness: that its joints are slow, in a few words; empty where they are not.
+    """
+    names = [name for leg in robot.legs for name in leg.joints]
+    limits = [float(robot.velocity_limit[robot.joint_index(name)]) for name in names]
+    if not slowness or MUCH_SLOWER * min(limits) > (usual := median(limits)):
+        return slowness
+    name = names[limits.index(min(limits))]
+    what = f"{name} is slow ({min(limits):.3g} rad/s, {usual:.3g} in others)"
+    return slowness.replace("its joints are slow", what)
 
 
 # Angles are degrees on the command line, radians in Python: one is easily given for the other.

@@ -35,6 +35,7 @@ from hexapod_pin.commands.scene_options import (
     TERRAIN_HELP,
     heading_doubt,
     loads_as_options,
+    named_slowness,
     posture_doubt,
     read_loads,
     read_terrain_option,
@@ -50,7 +51,6 @@ if TYPE_CHECKING:
     from hexapod_pin.control.feasible_gait import FittedGait
     from hexapod_pin.control.gait import Gait
     from hexapod_pin.robot.robot import Robot
-
 
 LEAST_DURATION = 10.0
 """Simulated time where none is given and no cycle repeats, at least [s]."""
@@ -294,9 +294,10 @@ def walk(
     if posture_help:
         announce("searching a posture that leaves a longer stroke")
     doubtful = bool(loaded.doubts) and not options.repair
+    slow, shortage = named_slowness(loaded, fitted.slowness), fitted.shortage if short else ""
     cautions = [
         heading_doubt(heading), turn_doubt(turn_rate), slope_doubt(terrain), radians,
-        *overlaps(loaded, chosen), fitted.slowness, fitted.shortage if short else "",
+        *overlaps(loaded, chosen), slow, shortage,
     ]  # fmt: skip
     job = CaseToReport(
         case=case,

@@ -10,7 +10,12 @@ import numpy as np
 from hexapod_pin.drive.motor import HIGHEST_SPEED, TORQUE_UNITS, Motor, most_torque
 from hexapod_pin.results.ground_obstacle import find_obstacle, gravity_doubt, sinking
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.results.walk_causes import Slip, dragged_feet, friction_coefficient
+from hexapod_pin.results.walk_causes import (
+    LEAST_FRICTION,
+    Slip,
+    dragged_feet,
+    friction_coefficient,
+)
 
 MOST_FRICTION = 3.0
 """Friction coefficient above which it is no sole's [-] (*assumed*): soft rubber has 1 to 2."""
@@ -27,6 +32,8 @@ def cautions(trace: Trace, slip: Slip | None) -> tuple[str, ...]:
     mu = friction_coefficient(trace.run.scene)
     if mu is not None and mu > MOST_FRICTION:
         found.append(f"friction of {mu:.3g} ({mu / 100.0:.2g} if percent is meant)")
+    if mu is not None and mu < LEAST_FRICTION:
+        found.append(f"friction of {mu:.2g}, less than on ice")
     if dragged := dragged_feet(slip and slip.per_metre):
         found.append(f"dragging {' and '.join(dragged)}")
     obstacle = find_obstacle(trace)
@@ -103,7 +110,7 @@ LEAST_KGF_CM = 0.5
 # Limits of the robot's own file that no motor has.
 
 
-MOST_SPARE = 5.0
+MOST_SPARE = 6.0
 """Limit over what a run needs within which a unit explains it [-] (*assumed*)."""
 
 SPEED_UNITS = {"degrees/s": math.pi / 180.0, "rpm": math.pi / 30.0}

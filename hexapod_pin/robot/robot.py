@@ -313,7 +313,7 @@ def robot_of(urdf: LoadedUrdf, source: str) -> Robot:
         own = {**layout.posture, **layout.held}
         angles, posture_notes = standing_angles(joints, own, options.posture)
     except ParameterError as error:  # of the file's own: what is doubtful in it may be why
-        if options.posture is not None or not urdf.doubts:
+        if options.posture is not None:
             raise
         raise UrdfError(file.source, [*urdf.doubts, str(error)]) from error
     stated = read_provenance(file)

@@ -1,4 +1,4 @@
-"""Legs that are named for one side and stand on the other: names are exchanged, or places."""
+"""Legs that are named for one side and stand on the other, and an odd number of them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ WORD = re.compile(r"(?<![a-z])(left|right)(?![a-z])")
 
 
 def side_doubt(names: Sequence[Sequence[str]], left: Sequence[bool], front_known: bool) -> str:
-    """Return that legs stand on the other side than their names say; mostly nothing.
+    """Return that legs stand on the other side than their names say, or are odd; mostly nothing.
 
     Args:
         names: of the joints and links of each leg.
@@ -27,10 +27,12 @@ def side_doubt(names: Sequence[Sequence[str]], left: Sequence[bool], front_known
     sides = [_side(limb) for limb in names]
     known = [k for k, side in enumerate(sides) if side is not None]
     wrong = [k for k in known if (sides[k] or ("", ""))[0] != ("l" if left[k] else "r")]
-    if len(known) < FEWEST or len(left) % 2 or not wrong:  # an odd leg stands on either side
+    if len(left) % 2:  # one of them stands on either side, or is missing
+        return f"it has {len(left)} legs"
+    if len(known) < FEWEST or not wrong:
         return ""
     if len(wrong) == len(known):
-        return "left and right legs are exchanged" if front_known else ""
+        return "left and right legs are exchanged (upside down?)" if front_known else ""
     if 2 * len(wrong) >= len(known):
         return ""
     called = ", ".join((sides[k] or ("", ""))[1] for k in wrong)

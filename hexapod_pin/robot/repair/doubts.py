@@ -74,7 +74,8 @@ def doubts(findings: Sequence[Finding]) -> tuple[str, ...]:
         for finding in findings
         if finding.what in OF_PARTS and not finding.value.startswith("velocity")
     ]
-    resisting = [finding for finding in findings if finding.what == RESISTANCE]
+    known = {finding.where for finding in findings if finding.what in OF_PARTS}
+    resisting = [x for x in findings if x.what == RESISTANCE and x.where not in known]
     if resisting:
         first, more = resisting[0], len(resisting) - 1
         found.append(f"{name_of(first.where)}{f' and {more} more' if more else ''}: {first.value}")

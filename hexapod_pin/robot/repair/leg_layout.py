@@ -7,19 +7,24 @@ which one does otherwise walks, but as a robot that nobody built.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from statistics import median
+from collections.abc import Iterator, Sequence
+from statistics import median, median_low
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.robot.description.urdf_file import Joint, UrdfFile
+from hexapod_pin.robot.recognition.chains import LEG_COUNTS
 from hexapod_pin.robot.recognition.legs import FEWEST
 from hexapod_pin.robot.repair import rules
 from hexapod_pin.robot.repair.doubts import LIGHT_LEGS, UNLIKE, grams
 from hexapod_pin.robot.repair.finding import Finding
 from hexapod_pin.robot.repair.measures import Measures
 from hexapod_pin.robot.repair.structure import trunk_links, trunk_root
+
+Flags = NDArray[np.bool_]
+"""An array of truths."""
 
 FEWEST_LIKE = 4
 """Legs of which one can be unlike the others (*assumed*)."""
@@ -28,7 +33,7 @@ FEWEST_LIKE = 4
 def layout_findings(measures: Measures) -> Iterator[Finding]:
     """Yield a finding for legs of other counts, directions or weights than a robot's."""
     yield from _counts(measures)
-    yield from _inward(measures)
+    yield from _mirror(measures)
     yield from _light(measures)
 
 
@@ -114,36 +119,108 @@ def _plane(hips: Array) -> tuple[Array, Array]:
     return np.linalg.svd(hips - middle)[2], middle
 
 
-OUT = 0.2
-"""Cosine between a leg and the line from the middle of the hips to its own, from which it points
-away from the trunk, and minus which towards it (*assumed*): 16 robots have 0.3 to 1."""
+NEAR, FAR = 0.05, 0.15
+"""Distance of a mirrored hip from the nearest hip over the size of the layout, within which it has
+a partner, and from which it has none (*assumed*)."""
+
+ALIKE, TURNED = 0.2, 1.0
+"""Angle between a mirrored leg and its partner, within which they agree, and from which one is
+turned, with joints at zero (*assumed*) [rad]."""
+
+FEWEST_MIRRORED = 6
+"""Hips of which one can be out of place: the line between two others mirrors a third pair."""
 
 TURNS_ROUND = 0.5 * math.pi
-"""Angle by which a first joint may turn a leg round, whatever its zero [rad]."""
+"""Angle by which a first joint may turn a leg, whatever its zero [rad]."""
 
 
-def _inward(measures: Measures) -> Iterator[Finding]:
-    """Yield that one leg points into the trunk, all others away from it, with joints at zero."""
+def _mirror(measures: Measures) -> Iterator[Finding]:
+    """Yield that one leg starts at another place, or points elsewhere, than mirrored legs do."""
     places = measures.places
     legs = [x for x in measures.chains if len(x) > 1 and all(j.child in places for j in x)]
-    if len(legs) < FEWEST_LIKE:
+    usual = median_low([len(leg) for leg in legs]) if legs else 0
+    legs = [leg for leg in legs if len(leg) == usual]  # heads and arms have other counts
+    if not FEWEST_LIKE <= len(legs) <= max(LEG_COUNTS) or not measures.plausible_size:
         return
     hips = np.array([places[leg[0].child][1] for leg in legs])
     axes, middle = _plane(hips)
     ends = np.array([_end(measures, leg) for leg in legs])
-    ahead, out = (ends - hips) @ axes[:2].T, (hips - middle) @ axes[:2].T
-    sizes = np.linalg.norm(ahead, axis=1) * np.linalg.norm(out, axis=1)
-    if not sizes.min() > 0.0:
-        return
-    cosines = np.sum(ahead * out, axis=1) / sizes
-    inward = np.flatnonzero(cosines < -OUT)
-    if len(inward) != 1 or np.count_nonzero(cosines > OUT) != len(legs) - 1:
-        return
-    joint = legs[inward[0]][0]
-    if max(-joint.limit("lower", 0.0), joint.limit("upper", 0.0)) > TURNS_ROUND:
-        return
-    value = "its leg points into the trunk, the others away from it"
-    yield _by_hand(f"joint {joint.name!r}", value, "correct the angles of its <origin> by hand")
+    z, w = ((x @ axes[0] + 1j * (x @ axes[1])) for x in (hips - middle, ends - hips))
+    out_of_place, turned = _odd_legs(z, w)
+    if out_of_place and len(legs) >= FEWEST_MIRRORED and not len(legs) % 2:
+        value = f"{_named(legs, out_of_place)} where no leg mirrors it"
+        where = f"joint {legs[out_of_place[0]][0].name!r}"
+        yield _by_hand(where, value, "correct its <origin> by hand")
+    inward = [k for k in turned if _cosine(w[k], z[k]) < -OUT]
+    turned = inward if len(inward) == 1 else turned
+    joints = [legs[k][0] for k in turned]
+    reach = [max(-x.limit("lower", 0.0), x.limit("upper", 0.0)) for x in joints]
+    if joints and max(reach) < TURNS_ROUND:
+        value = "its leg points into the trunk" if inward else "its leg points elsewhere"
+        value += ", the others away from it" if inward else " than its mirror image"
+        cure = "correct the angles of its <origin> by hand"
+        yield _by_hand(f"joint {joints[0].name!r}", value, cure)
+
+
+def _named(legs: Sequence[Sequence[Joint]], found: Sequence[int]) -> str:
+    """Return "starts", of two legs with the name of the other."""
+    return "starts" if len(found) == 1 else f"or {legs[found[1]][0].name!r} starts"
+
+
+OUT = 0.2
+"""Cosine between a leg and the line from the middle of the hips, minus which it points inwards."""
+
+
+def _cosine(one: complex, other: complex) -> float:
+    """Return the cosine of the angle between two directions in a plane; 0 of none."""
+    size = abs(one) * abs(other)
+    return (one * other.conjugate()).real / size if size > 0.0 else 0.0
+
+
+def _odd_legs(z: Array, w: Array) -> tuple[list[int], list[int]]:
+    """Return legs whose hips no line mirrors to others, and those that point elsewhere than theirs.
+
+    A line that mirrors all but two legs at most counts against these, and for those that it
+    mirrors to others. The line that mirrors z_i to z_j is across their distance.
+
+    Args:
+        z: hips in their plane as complex numbers [m]. Shape (n,).
+        w: from the hips to the ends of the legs, likewise. Shape (n,).
+    """
+    size = math.sqrt(float(np.mean(np.abs(z) ** 2)))
+    i, j = np.triu_indices(len(z), 1)
+    far = np.abs(z[j] - z[i]) > NEAR * size
+    i, j = i[far], j[far]
+    apart, middle = z[j] - z[i], 0.5 * (z[i] + z[j])[:, None]
+    turn = -((apart / np.abs(apart)) ** 2)[:, None]
+    off = np.abs((middle + turn * np.conj(z - middle))[..., None] - z)  # (lines, n, n)
+    partner, off = off.argmin(axis=2), off.min(axis=2)
+    odd, others = off > NEAR * size, partner != np.arange(len(z))
+    whole = ~odd.any(axis=1)
+    places = _against(odd, others, ~whole & (off.max(axis=1) > FAR * size))
+    directions = list[int]()
+    if np.abs(w).min() > NEAR * size:
+        angle = np.abs(np.angle(turn * np.conj(w) / w[partner]))
+        sure = np.all((angle > TURNED) | (angle < ALIKE), axis=1)
+        directions = _against(angle > TURNED, others, whole & sure)
+    return [] if whole.any() else places, directions
+
+
+def _against(odd: Flags, others: Flags, lines: Flags) -> list[int]:
+    """Return the legs that lines count against, and none for.
+
+    Args:
+        odd: by each line. Shape (lines, n).
+        others: whether a line mirrors a leg to another one. Shape (lines, n).
+        lines: that are asked, if they count against few. Shape (lines,).
+    """
+    lines = lines & (odd.sum(axis=1) <= MOST_ODD)
+    found = np.flatnonzero(odd[lines].any(axis=0) & ~np.any(~odd[lines] & others[lines], axis=0))
+    return found.tolist() if len(found) <= MOST_ODD else []
+
+
+MOST_ODD = 2
+"""Legs that one wrong leg makes odd: itself and its partner."""
 
 
 def _end(measures: Measures, leg: tuple[Joint, ...]) -> Array:

@@ -16,7 +16,8 @@ from statistics import median
 import numpy as np
 
 from hexapod_pin.robot.description.solids import finite
-from hexapod_pin.robot.description.urdf_file import Joint
+from hexapod_pin.robot.description.urdf_file import Joint, length
+from hexapod_pin.robot.repair import rules
 from hexapod_pin.robot.repair.doubts import UNLIKE
 from hexapod_pin.robot.repair.finding import Draft, Finding, number
 from hexapod_pin.robot.repair.leg_layout import FEWEST_LIKE, layout_findings
@@ -50,7 +51,7 @@ class Unlike:
 
     Attributes:
         joint: which has it, or moves the body that has it.
-        kind: "effort", "velocity", "mass", "length" or "end".
+        kind: "effort", "velocity", "damping", "friction", "mass", "length", "end" or "radius".
         value: of this leg, in SI units.
         usual: median of the other legs.
     """
@@ -64,10 +65,18 @@ class Unlike:
 WITH_ZERO = ("effort", "velocity", "end")
 """Kinds of which 0 is a number like others."""
 
-LENGTHS = ("length", "end")
-"""Kinds that are distances: from the joint before, and from a leg's last joint to its end."""
+LENGTHS = ("length", "end", "radius")
+"""Kinds of the shape: distances from the joint before and from a leg's last joint to its end, and
+the radius of the foot."""
 
-UNITS = {"effort": "N m", "velocity": "rad/s", "mass": "kg"}
+UNITS = {"effort": "N m", "velocity": "rad/s", "damping": "N m s/rad", "friction": "N m"}
+
+RESISTING = ("damping", "friction")
+"""Kinds that take torque."""
+
+RESISTS = 0.1
+"""Torque that they take over what standing on three feet takes, below which they are let pass
+(*assumed*): as much as geared servos have."""
 
 
 def like_joints(measures: Measures) -> list[list[Joint]]:
@@ -83,17 +92,19 @@ def unlike_parts(measures: Measures) -> list[Unlike]:
     """Return every number of one leg that differs much from those of all other legs."""
     found: list[Unlike] = []
     lengths = _lengths(measures)
-    last = [chain[-1] for chain in measures.chains]
+    last = {id(chain[-1]) for chain in measures.chains}
     for joints in like_joints(measures):
         if len(joints) < FEWEST_LIKE or len({joint.kind for joint in joints}) > 1:
             continue
         found += _odd(joints, "effort", [joint.limit("effort") for joint in joints])
         found += _odd(joints, "velocity", [joint.limit("velocity") for joint in joints])
         apart = _odd(joints, "length", [lengths[id(joint)] for joint in joints])
-        if all(joint in last for joint in joints):
+        if all(id(joint) in last for joint in joints):
             apart += _odd(joints, "end", [_end(measures, joint) for joint in joints])
+            apart += _odd(joints, "radius", [_radius(measures, joint) for joint in joints])
         least = LENGTH_THAT_MATTERS * measures.span
         found += [x for x in apart if abs(x.value - x.usual) >= least]
+        found += [x for kind in RESISTING for x in _resisting(measures, joints, kind)]
         masses = [_mass(measures, joint) for joint in joints]
         least = MASS_THAT_MATTERS * measures.total_mass
         found += [x for x in _odd(joints, "mass", masses) if abs(x.value - x.usual) >= least]
@@ -111,9 +122,9 @@ def unlike_findings(measures: Measures) -> Iterator[Finding]:
             "suspicious",
         )  # fmt: skip
     yield from layout_findings(measures)
-    yield from _turned_axes(measures)
-    for one in unlike_parts(measures):
-        unit = UNITS.get(one.kind, "m")
+    parts = unlike_parts(measures)
+    yield from _turned_axes(measures, [x.joint for x in parts if x.kind == "length"])
+    for one in parts:
         if one.kind == "length":
             place = f"joint {one.joint.name!r}"
             value = f"{one.value:.3g} m from the joint before it, {one.usual:.3g} m in other legs"
@@ -123,13 +134,17 @@ def unlike_findings(measures: Measures) -> Iterator[Finding]:
             far = f"{one.value:.3g} m from" if one.value else "at"
             value = f"ends {far} its joint, {one.usual:.3g} m in other legs"
             repair = "check it by hand: a link may be missing beyond it"
+        elif one.kind == "radius":
+            place = f"link {one.joint.child!r}"
+            value = f"a foot of radius {one.value:.3g} m, {one.usual:.3g} m in other legs"
+            repair = "correct its collision sphere by hand"
         elif one.kind == "mass":
             place = f"link {one.joint.child!r}"
             value = f"mass {one.value:.3g} kg, {one.usual:.3g} kg in other legs"
             repair = "the mass of the other legs; its inertia in proportion"
         else:
             place = f"joint {one.joint.name!r}"
-            value = f"{one.kind} {one.value:.3g} {unit}, {one.usual:.3g} in other legs"
+            value = f"{one.kind} {one.value:.3g} {UNITS[one.kind]}, {one.usual:.3g} in other legs"
             repair = f"the {one.kind} of the other legs"
         alike = one.usual / VERY_UNLIKE < one.value < one.usual * VERY_UNLIKE
         refused = one.kind == "mass" and not alike  # a walk would take hours
@@ -218,11 +233,11 @@ MUCH_TURNED, LITTLE_TURNED = 0.5, 0.1
 is turned, and within which the others agree (*assumed*)."""
 
 
-def _turned_axes(measures: Measures) -> Iterator[Finding]:
+def _turned_axes(measures: Measures, moved: Sequence[Joint]) -> Iterator[Finding]:
     """Yield the joint of one leg whose axis has another direction than that of all other legs.
 
     Compared are the angles of an axis with the axes of its neighbours and with the line to the next
-    joint: those of mirrored legs are the same.
+    joint: those of mirrored legs are the same. A leg with a joint that was `moved` is left out.
     """
     cosines = _cosines(measures)
     legs = {id(joint): chain for chain in measures.chains for joint in chain}
@@ -236,7 +251,8 @@ def _turned_axes(measures: Measures) -> Iterator[Finding]:
         if len(odd) == 1 and np.delete(off, odd[0], axis=0).max() < LITTLE_TURNED:
             joint, count = joints[odd[0]], int(np.sum(off[odd[0]] > MUCH_TURNED))
             turned.append((joint.element.find("axis") is None, count, joint))
-    if len({id(legs[id(joint)]) for *_, joint in turned}) != 1:
+    owners = {id(legs[id(joint)]) for *_, joint in turned}
+    if len(owners) != 1 or owners & {id(legs[id(joint)]) for joint in moved}:
         return
     bare, _, joint = max(turned, key=lambda one: one[:2])
     about = " ".join(f"{x:g}" for x in joint.axis)
@@ -299,7 +315,7 @@ def repair_unlike(draft: Draft) -> None:
         if one.kind == "mass":
             _repair_mass(draft, measures, one)
             continue
-        limit = one.joint.element.find("limit")
+        limit = one.joint.element.find("dynamics" if one.kind in RESISTING else "limit")
         if limit is not None:
             limit.set(one.kind, number(one.usual))
             text = f"{one.kind} {one.value:g} -> {one.usual:g} {UNITS[one.kind]}"
@@ -380,6 +396,32 @@ def _lengths(measures: Measures) -> dict[int, float]:
             ends = (places[x.child][1] for x in (above, below)) if known and above else ()
             found[id(below)] = math.dist(*ends) if known else 0.0
     return found
+
+
+def _resisting(measures: Measures, joints: Sequence[Joint], kind: str) -> list[Unlike]:
+    """Return the one joint that damping or friction holds much more than the others."""
+    values = [joint.dynamics(kind) for joint in joints]
+    middle, holding = median(values), measures.holding_torque if measures.plausible_mass else 0.0
+    speeds = [joint.limit("velocity", rules.SPEED) or rules.SPEED for joint in joints]
+    odd = [
+        k for k, (value, speed) in enumerate(zip(values, speeds, strict=True))
+        if value > MUCH_UNLIKE * middle
+        and (value - middle) * (min(speed, rules.SPEED) if kind == "damping" else 1.0)
+        > RESISTS * holding > 0.0
+    ]  # fmt: skip
+    return [Unlike(joints[k], kind, values[k], middle) for k in odd] if len(odd) == 1 else []
+
+
+def _radius(measures: Measures, joint: Joint) -> float:
+    """Return the largest radius of collision spheres of the body that a joint moves [m]."""
+    links = measures.file.link_by_name
+    names = [name for name in measures.file.rigid_group(joint.child) if name in links]
+    spheres = (x for name in names for x in links[name].element.iterfind(SPHERES))
+    return max((length(sphere, "radius") for sphere in spheres), default=0.0)
+
+
+SPHERES = "collision/geometry/sphere"
+"""Where a link has those of its foot."""
 
 
 def _end(measures: Measures, joint: Joint) -> float:
