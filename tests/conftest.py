@@ -24,15 +24,18 @@ def pytest_configure(config: pytest.Config) -> None:
 
     Ctrl-C is KeyboardInterrupt, also where tests run in the background, as under `nohup`: there
     SIGINT is ignored. Byte code is kept, with pytest's cache, also where Python is set to write
-    none: each of a thousand processes would compile all that it imports. Linear algebra has one
-    thread, as in a command: each worker of pytest-xdist has a core.
+    none: each of a thousand processes would compile all that it imports, and each run of the tests
+    all their files. Linear algebra has one thread, as in a command: each worker of pytest-xdist has
+    a core.
     """
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     os.environ.pop("COLUMNS", None)  # lines of outputs are as long as they are
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
     if os.environ.pop("PYTHONDONTWRITEBYTECODE", None):
-        os.environ["PYTHONPYCACHEPREFIX"] = str(config.rootpath / ".pytest_cache" / "bytecode")
+        sys.pycache_prefix = str(config.rootpath / ".pytest_cache" / "bytecode")
+        sys.dont_write_bytecode = False
+        os.environ["PYTHONPYCACHEPREFIX"] = sys.pycache_prefix
 
 
 def pytest_collection_finish() -> None:
