@@ -43,7 +43,7 @@ SHORT = {
             "--robots kharagpur --accuracy 1e-3"
         ),
         "command_kills": "--kills 1 --signals 0 --only walk --duration 1",
-        "constraint_drift": "--duration 0.02 --rounds 1",
+        "constraint_drift": "--duration 0.02 --rounds 1 --solves 1",
         "contact_cost": "--duration 0.05 --rounds 1",
         "creep": "--duration 0.05",
         "first_lines": "--most 2",
@@ -80,12 +80,12 @@ SHORT = {
             "--accuracies 1e-4 --explicit-for 0"
         ),
         "robust_cost": "--quick",
-        "s1_comparison": "--quick --draws 1",
+        "s1_comparison": "--quick --draws 1 --seed 112",
         "second_rhs": "--groups friction --most 1 --tolerance 1e-7",
         "servo_pendulum": "--accuracy 1e-3",
         "step_cost": "--quick",
         "sweep_cost": "--cases 4 --duration 0.1 --dask 0 --samples 0",
-        "sweep_scale": "--cases 400 --simulated 16 --walks 4 --duration 0.1 --most 0",
+        "sweep_scale": "--cases 400 --simulated 8 --walks 4 --duration 0.1 --most 0 --saturating 2",
         "sweep_kills": "--kills 2 --cases 4 --duration 0.3",
         "motor_criterion": "--robots kharagpur --accuracy 1e-3",
         "motor_feedback": "--walks 1",

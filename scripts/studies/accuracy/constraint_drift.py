@@ -9,6 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,8 @@ from hexapod_pin.errors import DivergenceError
 from hexapod_pin.formulations import maximal
 from hexapod_pin.text_table import Table
 from hexapod_pin.validation.cases.flight import flying
-from hexapod_pin.validation.checks.maximal_checks import maximal_twin, position_difference
+from hexapod_pin.validation.checks.maximal_checks import Twin, maximal_twin, position_difference
+from hexapod_pin.validation.solver_setting import CaseRun
 from hexapod_pin.view.figure_file import write_svg
 from studies.accuracy.solve_cost import solve_costs
 from studies.study import RESULTS, StudyReport
@@ -98,8 +100,7 @@ def flown(
     rtol: float = 0.0,
 ) -> tuple[maximal.MaximalRun, float, maximal.MaximalModel]:  # fmt: skip
     """Return a run, its processor time and its model; a run that diverged ends early."""
-    _, flight = flying()
-    twin = maximal_twin(flight.scene)
+    flight, twin = flight_of_bodies()
     model = maximal.MaximalModel(twin.model.bodies, baumgarte=terms)
     q, v = twin.bodies_order(flight.start.q, 7), twin.bodies_order(flight.start.v, 6)
     how: dict[str, Any] = {"step": step} if step else {"rtol": rtol, "atol": 1e-2 * rtol}
@@ -113,6 +114,13 @@ def flown(
     except DivergenceError as error:
         run = error.trace
     return run, time.process_time() - began, model
+
+
+@cache
+def flight_of_bodies() -> tuple[CaseRun, Twin]:
+    """Return the flight and its robot in maximal coordinates."""
+    _, flight = flying()
+    return flight, maximal_twin(flight.scene)
 
 
 def compared(
@@ -145,9 +153,16 @@ def opening(model: maximal.MaximalModel, state: maximal.MaximalState) -> float:
 
 
 def constraint_drift(
-    *, duration: float = 1.0, rounds: int = 3, figure: Path = FIGURE
+    *, duration: float = 1.0, rounds: int = 3, solves: int = 7, figure: Path = FIGURE
 ) -> StudyReport:
-    """Drift of joints in maximal coordinates; duration of the flight [s], file of the figure."""
+    """Drift of joints in maximal coordinates.
+
+    Args:
+        duration: of the flight [s].
+        rounds: in which each flight is timed.
+        solves: rounds in which one solve is timed.
+        figure: file of the figure.
+    """
     rows = measure(duration, rounds)
     draw(rows, figure)
     head = (
@@ -166,7 +181,8 @@ def constraint_drift(
         "least of interleaved rounds."
     )
     return StudyReport(
-        "Drift of joints in maximal coordinates", [about, Table("", head, cells), solve_costs()]
+        "Drift of joints in maximal coordinates",
+        [about, Table("", head, cells), solve_costs(solves)],
     )
 
 

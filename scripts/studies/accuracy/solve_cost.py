@@ -19,14 +19,14 @@ from studies.cost.timing import interleaved
 
 Index = NDArray[np.signedinteger[Any]]
 
-ROUNDS, CALLS = 7, 40
+CALLS = 40
 
 
-def solve_costs() -> Table:
+def solve_costs(rounds: int) -> Table:
     """Return medians over interleaved rounds, microseconds of processor time."""
     jobs = solve_subjects()
     runs = {name: partial(_processor_time, job) for name, job in jobs.items()}
-    rows = [(name, f"{np.median(x):.1f}") for name, x in interleaved(runs, ROUNDS).items()]
+    rows = [(name, f"{np.median(x):.1f}") for name, x in interleaved(runs, rounds).items()]
     rows.append(("the core: an evaluation inside an RK4 run (wall time)", f"{core_run():.1f}"))
     return Table("One solve of the 204 equations", ("what", "processor time [us]"), rows)
 

@@ -42,7 +42,7 @@ class StepStudySize:
     calls: int = 5000
 
 
-QUICK_SIZE = StepStudySize(rounds=3, duration=0.4, fine=1e-4, calls=2000)
+QUICK_SIZE = StepStudySize(rounds=1, duration=0.1, fine=1e-4, calls=200)
 
 
 @dataclass(frozen=True)

@@ -85,7 +85,7 @@ def s1_comparison(
             how |= {"store": store, "resume": store.exists(), "retry_failed": store.exists()}
         return Found.of(size, **how)
 
-    drawn = _draws("flat,bumps" if quick else grounds, min(draws, 2) if quick else draws)
+    drawn = _draws("bumps" if quick else grounds, min(draws, 2) if quick else draws)
     size = Size(
         robots=("kharagpur",) if quick else _names("robot", robots, REFERENCE),
         postures=_names("posture", postures, (OWN, LEAST_TORQUE)),

@@ -23,6 +23,9 @@ from studies.sweeps.simulated_workers import SimulatedSweep, like, simulated_swe
 CHUNKS = (4, 64)
 """Cases of a task at which parent and scheduler are measured."""
 
+THREADS = 64
+"""Simulated cores of a worker process."""
+
 READ = """
 import sys
 from pathlib import Path
@@ -66,7 +69,9 @@ class Measured:
     opened_memory: float  # for each case when a store is opened [bytes]
 
 
-def measure(folder: Path, *, cases: int, duration: float, walks: int, seed: int) -> Measured:
+def measure(
+    folder: Path, *, cases: int, duration: float, walks: int, seed: int, cores: int
+) -> Measured:
     """Measure what a forecast needs.
 
     Args:
@@ -75,6 +80,7 @@ def measure(folder: Path, *, cases: int, duration: float, walks: int, seed: int)
         duration: of a walk [s].
         walks: that a worker really runs.
         seed: of the study.
+        cores: that are simulated, by processes of at most `THREADS`.
     """
     worker = worker_cost(many_walks(walks, duration, seed))
     real = folder / "answer"
@@ -84,7 +90,7 @@ def measure(folder: Path, *, cases: int, duration: float, walks: int, seed: int)
     for chunk in CHUNKS:
         found.append(simulated_sweep(
             study, folder / f"saturated{chunk}.db", real, chunk=chunk,
-            case_time=0.02 / chunk, processes=2, threads=64,
+            case_time=0.02 / chunk, processes=-(-cores // THREADS), threads=min(cores, THREADS),
         ))  # fmt: skip
     parent = line(CHUNKS, _each(found, "parent"))
     scheduler = line(CHUNKS, _each(found, "scheduler"))

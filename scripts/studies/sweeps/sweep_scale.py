@@ -43,6 +43,7 @@ def sweep_scale(
     seed: int = -1,
     memory: float = 8.0,
     most: int = 1000,
+    saturating: int = 128,
     page: Path = RESULTS / "scale.md",
 ) -> StudyReport:
     """Measure what a case, a task and a row cost; forecast a large sweep; check it.
@@ -55,13 +56,15 @@ def sweep_scale(
         seed: of the samples; -1: drawn anew.
         memory: within which the dataset is to be built [GB].
         most: cores that are simulated in a check.
+        saturating: simulated cores that keep parent and scheduler busy while these are measured.
         page: where the page for readers goes.
     """
     seed = random.SystemRandom().randrange(10**6) if seed < 0 else seed
     print(f"seed {seed}", file=sys.stderr, flush=True)
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
-        found = measure(folder, cases=simulated, duration=duration, walks=walks, seed=seed)
+        found = measure(folder, cases=simulated, duration=duration, walks=walks, seed=seed,
+                        cores=saturating)  # fmt: skip
         checks = [
             (run, found.costs)
             for cores, chunk, processes in CHECKS
