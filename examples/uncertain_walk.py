@@ -17,15 +17,15 @@ LIMIT = 1.6  # N m
 THREADS = 2
 
 
-def main(folder: Path = Path()) -> hp.study.Uncertainty:
+def main(folder: Path = Path(), study: Path = STUDY) -> hp.study.Uncertainty:
     """Return what the walks say of the peak torque."""
-    study = hp.load_sweep(STUDY)
-    cases = [study.case(k) for k in range(len(study))]
+    sweep = hp.load_sweep(study)
+    cases = [sweep.case(k) for k in range(len(sweep))]
     results = hp.simulate_batch(cases, threads=THREADS, keep="summary")
     peaks = [largest_torque(result) for result in results]
 
-    found = hp.study.uncertainty(study, {"torque_peak": np.array(peaks)}, "torque_peak", LIMIT)
-    for item in study.inputs:
+    found = hp.study.uncertainty(sweep, {"torque_peak": np.array(peaks)}, "torque_peak", LIMIT)
+    for item in sweep.inputs:
         print(f"{item.name} [{item.unit}]: {item.text}")
     print(found.table())
     draw(peaks, folder / "uncertain_walk.png")

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from studies.s2 import page as s2_page
 from studies.s2 import runs as s2_runs
-from studies.s2.claims import DONE, FAILS, HOLDS, IN_PART, claims
+from studies.s2.claims import DONE, FAILS, HOLDS, IN_PART, Claim, claims
 from studies.s2.findings import contact_table, findings, output_table
 from studies.s2.motors import chosen_motors
 from studies.s2.runs import PartsInterrupted, study_cases, study_parts
@@ -37,6 +37,12 @@ def study(path: Path) -> dict:
     return hp.study.load_study(path)
 
 
+@pytest.fixture(scope="module")
+def tested(study: dict) -> list[Claim]:
+    """All statements of the paper, each tested once."""
+    return claims(study)
+
+
 def test_one_file_holds_everything(study: dict) -> None:
     assert set(study) == {*study_cases(), "torque_map", "gait_energy"}
     assert study["paper"].time[-1] == pytest.approx(10.0)
@@ -45,18 +51,17 @@ def test_one_file_holds_everything(study: dict) -> None:
     assert study["gait_energy"].scenes == tuple(s2_runs.energy_scenes(hp.load_robot("kharagpur")))
 
 
-def test_joint_one_is_highest_by_total_moment_only(study: dict) -> None:
-    verdicts = {claim.text: claim.verdict for claim in claims(study)}
+def test_joint_one_is_highest_by_total_moment_only(tested: list[Claim]) -> None:
+    verdicts = {claim.text: claim.verdict for claim in tested}
     text = "the torque of joint 1 is the highest in every leg"
     assert verdicts[f"{text}: axis torque, what a motor gives"] == FAILS
     assert verdicts[f"{text}: total moment across the joint"] == HOLDS
     assert verdicts["the walk is statically stable"] == HOLDS
 
 
-def test_statements_are_those_of_the_paper(study: dict) -> None:
+def test_statements_are_those_of_the_paper(study: dict, tested: list[Claim]) -> None:
     """Variations were checked, no trend was stated; assumptions (b) and (c) hold."""
-    found = claims(study)
-    verdicts = {claim.text: claim.verdict for claim in found}
+    verdicts = {claim.text: claim.verdict for claim in tested}
 
     def verdict(begin: str) -> str:
         (one,) = (text for text in verdicts if text.startswith(begin))
@@ -74,9 +79,9 @@ def test_statements_are_those_of_the_paper(study: dict) -> None:
     assert verdict("(section 3.2) torques are proportional") == FAILS
     assert verdict("the maximum torque is what motors are chosen by") == FAILS
     assert verdict("(appendix) eq. 5") == IN_PART
-    (impact,) = (claim.numbers for claim in found if claim.text.startswith("(appendix)"))
+    (impact,) = (claim.numbers for claim in tested if claim.text.startswith("(appendix)"))
     assert "+0.0758 N s on the feet, up" in impact and "-0.0758 N s with eq. 5" in impact
-    assert all(claim.numbers and claim.reason for claim in found)
+    assert all(claim.numbers and claim.reason for claim in tested)
 
 
 def test_the_maximum_torque_chooses_a_motor_that_overheats(study: dict) -> None:

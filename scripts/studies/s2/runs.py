@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
+from functools import lru_cache
 from math import asin
 from pathlib import Path
 from typing import TypeVar
@@ -67,10 +68,16 @@ def load_part(path: Path, name: str, kind: type[Part]) -> Part:
     Raises:
         SystemExit: the file has no such part, or one of another kind.
     """
-    part = load_study(path).get(name)
+    part = _loaded(path, path.stat().st_mtime_ns).get(name)
     if not isinstance(part, kind):
         raise SystemExit(f"{path}: {name!r} is no {kind.__name__} of this study")
     return part
+
+
+@lru_cache(maxsize=1)
+def _loaded(path: Path, _changed: int) -> Mapping[str, StudyPart]:
+    """Return the parts of a study's file, read once until it changes."""
+    return load_study(path)
 
 
 def study_scene(robot: Robot) -> Scene:
