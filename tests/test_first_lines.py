@@ -21,6 +21,7 @@ from hexapod_pin.errors import ParameterError, UrdfError
 from hexapod_pin.results.ground_obstacle import gravity_doubt
 from hexapod_pin.results.steady_window import Window
 from hexapod_pin.results.walk_answer import walk_answer
+from hexapod_pin.results.walk_causes import _payload_advice
 from hexapod_pin.results.walk_cautions import cautions
 from hexapod_pin.robot.description.solids import placements
 from hexapod_pin.robot.description.urdf_file import parse_urdf
@@ -167,6 +168,10 @@ DOUBTED = {
     "a digit lost in a hip": (
         [put("joint rf_coxa_joint/origin", xyz="0.02 -0.1025 0")],
         "rf_coxa_joint: starts where no leg mirrors it",
+    ),
+    "a femur's frame turned up": (
+        [put("joint lm_tibia_joint/origin", rpy="0 -1.5707963267948966 0")],
+        r"lm_coxa_joint: its leg ends 0\.099 m above or below the others at zero angles",
     ),
     "damping of one knee": (
         [put("joint lm_tibia_joint/dynamics", damping="0.2")],
@@ -374,6 +379,17 @@ def test_friction_below_that_of_ice_is_named() -> None:
     scene = hp.Scene(hp.load_robot("kharagpur"), contact=contact)
     slips = hp.simulate(scene, GAIT, duration=0.1, step=1e-3)
     assert "friction of 0.01, less than on ice" in cautions(slips, None)
+
+
+def test_a_heavy_payload_is_named_where_it_keeps_a_robot_from_walking() -> None:
+    """The advice was a larger friction coefficient."""
+    scene = hp.Scene(hp.load_robot("kharagpur"), loads=[hp.Payload("lf_tibia", 6.0)])
+    trace = hp.simulate(scene, GAIT, duration=2.4, step=1e-3)
+    verdict = walk_answer(trace).verdict
+    assert verdict.cause == "a payload of 6 kg on lf_tibia, 1.9 times its mass"
+    assert "it carries 6 kg on lf_tibia" in verdict.advice
+    light = hp.Scene(hp.load_robot("kharagpur"), loads=[hp.Payload("lf_tibia", 1.0)])
+    assert _payload_advice(hp.simulate(light, GAIT, duration=0.1, step=1e-3)) is None
 
 
 def test_a_missing_leg_is_said(tmp_path: Path) -> None:

@@ -279,8 +279,8 @@ def advice(
         )
     if (by_load := _load_advice(trace, push)) is not None:
         return by_load
-    if (by_ground := _ground_advice(trace)) is not None:
-        return by_ground
+    if (found := _ground_advice(trace) or _payload_advice(trace)) is not None:
+        return found
     cycle = trace.run.walk.cycle_time
     longer = (
         "a longer cycle" if cycle is None else f"a longer cycle than {cycle:.3g} s (--cycle-time)"
@@ -360,6 +360,28 @@ def _load_advice(trace: Trace, push: PushEffect | None) -> Advice | None:
             f"{weight:.3g} N: a weaker or shorter one, or a lower, wider posture",
         )
     return None
+
+
+HEAVY_PAYLOAD = 0.5
+"""Mass of payloads over that of the robot, from which they are taken for the cause [-]
+(*assumed*)."""
+
+
+def _payload_advice(trace: Trace) -> Advice | None:
+    """Return what to change where a robot carries much; None where it does not."""
+    from hexapod_pin.scene.loads import Payload
+
+    loads = () if trace.run.scene is None else trace.run.scene.loads
+    carried = [one for one in loads if isinstance(one, Payload)]
+    mass = math.fsum(one.mass for one in carried)
+    own = trace.run.robot.mass - mass
+    if not 0.0 < HEAVY_PAYLOAD * own <= mass:
+        return None
+    where = f"{mass:.3g} kg on {' and '.join(dict.fromkeys(one.link for one in carried))}"
+    return Advice(
+        f"a payload of {where}, {mass / own:.2g} times its mass",
+        f"it carries {where}: less, or nearer to the middle of the trunk",
+    )
 
 
 def _ground_advice(trace: Trace) -> Advice | None:

@@ -30,10 +30,15 @@ FEWEST_LIKE = 4
 """Legs of which one can be unlike the others (*assumed*)."""
 
 
-def layout_findings(measures: Measures) -> Iterator[Finding]:
-    """Yield a finding for legs of other counts, directions or weights than a robot's."""
+def layout_findings(measures: Measures, moved: Sequence[Joint]) -> Iterator[Finding]:
+    """Yield a finding for legs of other counts, directions or weights than a robot's.
+
+    Args:
+        measures: of the robot.
+        moved: joints at another distance from their neighbours than in other legs, which is said.
+    """
     yield from _counts(measures)
-    yield from _mirror(measures)
+    yield from _mirror(measures, moved)
     yield from _light(measures)
 
 
@@ -134,9 +139,11 @@ TURNS_ROUND = 0.5 * math.pi
 """Angle by which a first joint may turn a leg, whatever its zero [rad]."""
 
 
-def _mirror(measures: Measures) -> Iterator[Finding]:
+def _mirror(measures: Measures, moved: Sequence[Joint]) -> Iterator[Finding]:
     """Yield that one leg starts at another place, or points elsewhere, than mirrored legs do."""
     places = measures.places
+    if not all(math.isfinite(x) for one in measures.file.joints for x in (*one.xyz, *one.rpy)):
+        return  # that is said
     legs = [x for x in measures.chains if len(x) > 1 and all(j.child in places for j in x)]
     usual = median_low([len(leg) for leg in legs]) if legs else 0
     legs = [leg for leg in legs if len(leg) == usual]  # heads and arms have other counts
@@ -160,6 +167,37 @@ def _mirror(measures: Measures) -> Iterator[Finding]:
         value += ", the others away from it" if inward else " than its mirror image"
         cure = "correct the angles of its <origin> by hand"
         yield _by_hand(f"joint {joints[0].name!r}", value, cure)
+    if not any(joint in leg for joint in moved for leg in legs):
+        yield from _folded(legs, ends - hips, axes[2], np.abs(w))
+
+
+SAME_SHAPE, OTHER_SHAPE = 0.05, 0.25
+"""Distance of a leg's end from where the others have theirs, with joints at zero, over how far it
+is from the hip: within which they agree, and from which one is folded otherwise (*assumed*)."""
+
+
+def _folded(
+    legs: Sequence[Sequence[Joint]], ahead: Array, up: Array, out: Array
+) -> Iterator[Finding]:
+    """Yield that one leg, with joints at zero, ends at another height, or nearer to its hip.
+
+    Args:
+        legs: their joints.
+        ahead: from the hips to the ends [m]. Shape (n, 3).
+        up: across the plane of the hips. Shape (3,).
+        out: distance of the ends from the hips in it [m]. Shape (n,).
+    """
+    shapes = np.column_stack([ahead @ up, out])
+    off = np.linalg.norm(shapes - np.median(shapes, axis=0), axis=1)
+    far = float(np.median(np.linalg.norm(ahead, axis=1)))
+    odd = np.flatnonzero(off > OTHER_SHAPE * far)
+    if len(odd) == 1 and np.delete(off, odd[0]).max() < SAME_SHAPE * far:
+        (height, reach), (usual, others) = shapes[odd[0]], np.median(shapes, axis=0)
+        value = f"its leg ends {abs(height - usual):.2g} m above or below the others at zero angles"
+        if abs(reach - others) > abs(height - usual):
+            value = f"its leg ends {reach:.2g} m out at zero angles, the others {others:.2g} m"
+        cure = "correct the <origin> of one of its joints by hand"
+        yield _by_hand(f"joint {legs[odd[0]][0].name!r}", value, cure)
 
 
 def _named(legs: Sequence[Sequence[Joint]], found: Sequence[int]) -> str:

@@ -121,9 +121,10 @@ def unlike_findings(measures: Measures) -> Iterator[Finding]:
             UNLIKE, f"joint {axis.joint.name!r}", value, "legs are alike", "the axis is reversed",
             "suspicious",
         )  # fmt: skip
-    yield from layout_findings(measures)
     parts = unlike_parts(measures)
-    yield from _turned_axes(measures, [x.joint for x in parts if x.kind == "length"])
+    moved = [x.joint for x in parts if x.kind in ("length", "end")]
+    yield from layout_findings(measures, moved)
+    yield from _turned_axes(measures, moved)
     for one in parts:
         if one.kind == "length":
             place = f"joint {one.joint.name!r}"
@@ -237,7 +238,8 @@ def _turned_axes(measures: Measures, moved: Sequence[Joint]) -> Iterator[Finding
     """Yield the joint of one leg whose axis has another direction than that of all other legs.
 
     Compared are the angles of an axis with the axes of its neighbours and with the line to the next
-    joint: those of mirrored legs are the same. A leg with a joint that was `moved` is left out.
+    joint: those of mirrored legs are the same. A leg with a joint that is
+    `moved` is left out.
     """
     cosines = _cosines(measures)
     legs = {id(joint): chain for chain in measures.chains for joint in chain}
