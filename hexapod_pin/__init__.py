@@ -29,38 +29,13 @@ def __getattr__(name: str) -> object:
     if name != "__version__":
         if name in _names() or name.startswith("_"):
             return _load(name)
-        raise _UnknownName(name=name)
+        from hexapod_pin.meant import UnknownName
+
+        raise UnknownName(name, _names(), _load)
     from importlib.metadata import version
 
     globals()[name] = version("hexapod-pin")
     return globals()[name]
-
-
-_NAMESPACES = (
-    "contact", "drive", "terrain", "loads", "motion", "sensors", "foot_control", "feedback",
-    "results", "sizing", "simulation", "study", "robot", "interchange", "errors", "view",
-)  # fmt: skip
-"""In which a name is looked for, those that are imported quickly first; `rl` may not be there."""
-
-
-class _UnknownName(AttributeError):
-    """Says where the name is. Modules are asked for it when it is printed: most are never."""
-
-    def __str__(self) -> str:
-        return f"hexapod_pin has no {self.name!r}{_elsewhere(str(self.name))}"
-
-
-def _elsewhere(name: str) -> str:
-    """Return where a name is, or which one is spelt nearly so; empty where neither is known."""
-    from difflib import get_close_matches
-
-    for near in get_close_matches(name, _names(), 1, 0.8):
-        return f"; did you mean hp.{near}?"
-    for place in _NAMESPACES:
-        module = str(getattr(getattr(_load(place), name, None), "__module__", ""))
-        if module.startswith("hexapod_pin."):
-            return f"; it is hp.{place}.{name}"
-    return ""
 
 
 def __dir__() -> list[str]:

@@ -6,7 +6,7 @@ ends in an error that names the argument of this package.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from difflib import get_close_matches
 
 from hexapod_pin.errors import ArgumentError
@@ -99,3 +99,35 @@ def made_by(name: str, value: object) -> str:
 def _fits(written: str, known: Sequence[str]) -> bool:
     """Tell whether a call takes the argument that a text begins with."""
     return written.partition("=")[0].partition(" ")[0] in known
+
+
+NAMESPACES = (
+    "contact", "drive", "terrain", "loads", "motion", "sensors", "foot_control", "feedback",
+    "results", "sizing", "simulation", "study", "robot", "interchange", "errors", "view",
+)  # fmt: skip
+"""In which a name is looked for, those that are imported quickly first; `rl` may not be there."""
+
+
+class UnknownName(AttributeError):
+    """A name that `hexapod_pin` does not have; it says which one is meant, or where it is.
+
+    It looks for it when it is printed: most are only asked for, and looking imports much.
+    """
+
+    def __init__(self, name: str, known: Sequence[str], load: Callable[[str], object]) -> None:
+        """Store the name, those that there are, and what imports one of them."""
+        super().__init__(name=name)
+        self.known, self.load = tuple(known), load
+
+    def __str__(self) -> str:
+        """Return the message."""
+        return f"hexapod_pin has no {self.name!r}{self._where()}"
+
+    def _where(self) -> str:
+        for near in get_close_matches(str(self.name), self.known, 1, 0.8):
+            return f"; did you mean hp.{near}?"
+        for place in NAMESPACES:
+            found = getattr(self.load(place), str(self.name), None)
+            if str(getattr(found, "__module__", "")).startswith("hexapod_pin."):
+                return f"; it is hp.{place}.{self.name}"
+        return ""
