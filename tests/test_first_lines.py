@@ -15,7 +15,7 @@ from broken_urdfs import Break, put
 from conftest import Run
 
 import hexapod_pin as hp
-from hexapod_pin.commands.scene_options import named_slowness, posture_doubt
+from hexapod_pin.commands.scene_options import backlash_doubt, named_slowness, posture_doubt
 from hexapod_pin.control.gait_refusal import overlaps
 from hexapod_pin.errors import ParameterError, UrdfError
 from hexapod_pin.results.ground_obstacle import gravity_doubt
@@ -431,3 +431,14 @@ def test_a_walk_that_goes_on_is_not_exported_but_its_plan_is(run: Run) -> None:
     assert "hp." not in said and "write_joint_trajectory" not in said
     counts = [Window(None, None, 0.0, 1.0, count).counted for count in (None, 1, 2)]
     assert counts == ["", ", 1 whole gait cycle", ", 2 whole gait cycles"]
+
+
+def test_a_step_in_milliseconds_and_a_backlash_in_radians_are_named(run: Run) -> None:
+    """A step of 1 was to divide the cycle; 0.0175 degrees of play are 1 in radians."""
+    done = run("walk", "kharagpur", "--step", "1")
+    assert (
+        done.status == 2 and "--step = 1.0: must be at most 0.1 s. ms? 1 ms are 0.001 s" in done.err
+    )
+    doubt = "backlash 0.0175 degrees (1 if radians are meant)"
+    assert backlash_doubt("0.0175") == backlash_doubt("lf_coxa_joint=0.0175,x=1") == doubt
+    assert backlash_doubt("0.1") == backlash_doubt("1") == backlash_doubt(None) == ""

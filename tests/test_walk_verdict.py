@@ -411,3 +411,22 @@ def test_a_push_by_a_torque_has_no_force_in_words() -> None:
     assert not verdict.walks and verdict.fall is not None
     assert verdict.cause.startswith("a push by a torque, threw it ")
     assert " 0 N" not in verdict.line + verdict.advice
+
+
+def test_torques_of_a_run_of_large_error_are_not_to_be_trusted(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Off by 239 %, they were those of a robot that walks, with status 0."""
+    trace = hp.simulate(
+        hp.Scene(hp.load_robot("kharagpur")), hp.KinematicControl(hp.Gait.tripod()), duration=2.4
+    )
+    assert walk_answer(trace).good
+    error = float(trace.error.torque[-1]) / float(np.abs(trace.torque).max())
+    monkeypatch.setattr("hexapod_pin.results.walk_cautions.MUCH_ERROR", 0.999 * error)
+    answer = walk_answer(trace)
+    assert not answer.good and answer.verdict.walks
+    said = (
+        f"torques are NOT to be trusted: the run's own error is {error:.0%} of the largest torque"
+    )
+    assert said in answer.headline
+    assert "--repair" not in "\n".join([*answer.lines(), answer.verdict.line])

@@ -81,7 +81,7 @@ def run_and_report(
     caution = ", ".join(filter(None, (case.scene.robot.caution, job.caution)))
     answer = replace(walk_answer(trace, job.motor), caution=caution)
     more = list(job.remarks)
-    if answer.verdict.doubts and job.repaired is not None and not shown.quick:
+    if case.scene.robot.doubts and job.repaired is not None and not shown.quick:
         trial = try_repaired(answer, job.repaired)
         answer, more = trial.judged(answer), [*more, trial.line]
     if not answer.verdict.walks and job.changed is not None and not shown.quick:

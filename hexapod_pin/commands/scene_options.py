@@ -168,16 +168,22 @@ LONGEST_CYCLE = 200.0
 """Cycle that is given, above which milliseconds are suspected [s] (*assumed*): the slowest of
 16 public robots takes 19 s. Walking one takes minutes."""
 
+LONGEST_STEP = 0.1
+"""Integration step above which milliseconds are suspected [s] (*assumed*): feet land in less."""
 
-def require_seconds(cycle_time: float | None, force: bool) -> None:
-    """Refuse a cycle time [s] that is none that robots walk in, unless it is to be forced.
+
+def require_seconds(cycle_time: float | None, step: float | None, force: bool) -> None:
+    """Refuse a cycle time or step [s] that is none that robots walk with, unless it is forced.
 
     Raises:
-        ParameterError: it is above `LONGEST_CYCLE`.
+        ParameterError: one is above `LONGEST_CYCLE` or `LONGEST_STEP`.
     """
-    if cycle_time is not None and cycle_time > LONGEST_CYCLE and not force:
-        hint = f"ms? {cycle_time:g} ms are {1e-3 * cycle_time:g} s. --force walks it all the same."
-        raise ParameterError("--cycle-time", cycle_time, f"at most {LONGEST_CYCLE:g} s", hint)
+    for option, value, most in (
+        ("--cycle-time", cycle_time, LONGEST_CYCLE), ("--step", step, LONGEST_STEP),
+    ):  # fmt: skip
+        if value is not None and value > most and not force:
+            hint = f"ms? {value:g} ms are {1e-3 * value:g} s. --force walks it all the same."
+            raise ParameterError(option, value, f"at most {most:g} s", hint)
 
 
 MUCH_SLOWER = 3.0
@@ -257,6 +263,17 @@ def slope_doubt(terrain: str | None) -> str:
     value = _number("--terrain", terrain or "", angle)
     slight = 0.0 < abs(value) < STEEPEST_IN_RADIANS
     return _in_degrees("slope", value, "degrees") if slight else ""
+
+
+LEAST_PLAY = 0.06
+"""Backlash below which radians are suspected [degrees] (*assumed*): servos have 0.1 to 3."""
+
+
+def backlash_doubt(backlash: str | None) -> str:
+    """Return that a backlash [degrees] may be meant in radians; mostly nothing."""
+    part = (backlash or "").partition(",")[0]
+    value = _number("--backlash", backlash or "", part.rpartition("=")[2] or part) if part else 0.0
+    return _in_degrees("backlash", value, "degrees") if 0.0 < value < LEAST_PLAY else ""
 
 
 def trunk_link(robot: Robot) -> str:

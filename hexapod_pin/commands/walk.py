@@ -33,6 +33,7 @@ from hexapod_pin.commands.options import (
 )
 from hexapod_pin.commands.scene_options import (
     TERRAIN_HELP,
+    backlash_doubt,
     heading_doubt,
     loads_as_options,
     named_slowness,
@@ -237,7 +238,7 @@ def walk(
     loaded = load_robot(robot, options=options)
     announce("planning the gait")
     name = gait or default_gait(loaded)
-    require_seconds(cycle_time, force)
+    require_seconds(cycle_time, step, force)
     numbers = given(cycle_time=cycle_time, duty=duty, lift=lift, speed=speed)
     turning = {"heading": math.radians(heading), "turn_rate": math.radians(turn_rate)}
     radians = posture_doubt(posture)
@@ -297,6 +298,7 @@ def walk(
     slow, shortage = named_slowness(loaded, fitted.slowness), fitted.shortage if short else ""
     cautions = [
         heading_doubt(heading), turn_doubt(turn_rate), slope_doubt(terrain), radians,
+        backlash_doubt(loading.backlash),
         *overlaps(loaded, chosen), slow, shortage,
     ]  # fmt: skip
     job = CaseToReport(

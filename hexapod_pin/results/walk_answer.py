@@ -28,6 +28,7 @@ from hexapod_pin.results.sizing.trace_demand import joint_demand
 from hexapod_pin.results.stability import stability
 from hexapod_pin.results.torque_budget import TorqueBudget, torque_budget
 from hexapod_pin.results.trace import Trace
+from hexapod_pin.results.walk_cautions import RUN_ERROR
 from hexapod_pin.results.walk_verdict import WalkVerdict, lost_text, walk_verdict
 from hexapod_pin.text_table import WIDTH, Cell, Table, folded
 
@@ -141,6 +142,8 @@ class WalkAnswer(Immutable):
             cure = "--repair mends what it can, `hexapod-pin check` explains"
             if all(text.startswith("mass ") for text in verdict.doubts):
                 cure = "weigh it and state it: --repair --mass KG"
+            if verdict.doubts[0].startswith(RUN_ERROR):
+                cure = "its accuracy was not kept: no motor can be sized by it"
             found += folded(f"it {state}; {cure}")
         if not verdict.walks:
             reason = f"{verdict.reason}; " if verdict.cause and not verdict.doubts else ""

@@ -44,7 +44,7 @@ def cautions(trace: Trace, slip: Slip | None) -> tuple[str, ...]:
     if (sunk := sinking(trace)) is not None:
         found.append(f"feet sink {1e3 * sunk.depth:.2g} mm, lift {1e3 * sunk.lift:.0f} mm")
     found += [gravity_doubt(trace.run.gravity)] * bool(gravity_doubt(trace.run.gravity))
-    return (*found, *_unknown_error(trace), *_odd_gains(trace), *_reserve(trace))
+    return (*found, *_fixed_steps(trace), *_odd_gains(trace), *_reserve(trace))
 
 
 SLOWEST_SERVO, LIVELIEST_SERVO = 1.0, 0.005
@@ -64,22 +64,30 @@ def _odd_gains(trace: Trace) -> tuple[str, ...]:
     return (f"kd {kd:.3g} above kp {kp:.3g} (exchanged?)",) if kd > SLOWEST_SERVO * kp else ()
 
 
+def _fixed_steps(trace: Trace) -> tuple[str, ...]:
+    """Return that a run's error is not known, as its steps are fixed; mostly nothing."""
+    numerics = trace.run.numerics  # a formulation with steps of its own has neither
+    if numerics.accuracy or not numerics.step:
+        return ()
+    return (f"error unknown (fixed steps of {1e3 * numerics.step:.3g} ms)",)
+
+
 MUCH_ERROR = 0.1
-"""Error of torques over the largest torque from which the first line has it [-]."""
+"""Error of torques over the largest torque from which they are not to be trusted [-]."""
 
 
-def _unknown_error(trace: Trace) -> tuple[str, ...]:
-    """Return that a run's error is large, or not known as its steps are fixed; mostly nothing."""
-    numerics = trace.run.numerics
-    if not numerics.accuracy:  # a formulation with steps of its own has neither
-        step = numerics.step
-        return (f"error unknown (fixed steps of {1e3 * step:.3g} ms)",) if step else ()
+RUN_ERROR = "the run's own error"
+"""How a doubt begins that is none of the robot's file."""
+
+
+def large_error(trace: Trace) -> tuple[str, ...]:
+    """Return as a doubt that the torques of a run may be far off; mostly nothing."""
     error = None if trace.error is None else trace.error.torque
     if error is None or "torque" not in trace.recorded:
         return ()
     most = float(np.abs(trace.torque).max(initial=0.0))
     off = float(error[-1]) / most if most > 0.0 else 0.0
-    return (f"torques off by up to {off:.0%}",) if off > MUCH_ERROR else ()
+    return (f"{RUN_ERROR} is {off:.0%} of the largest torque",) if off > MUCH_ERROR else ()
 
 
 MUCH_RESERVE = (5.0, 40.0)
