@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import io
 import math
 import re
@@ -31,6 +32,7 @@ from broken_urdfs import (
 from refusals import refused
 from test_findings import ALONE, MESH, TOGETHER
 
+import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError, UrdfError
 from hexapod_pin.robot.description.urdf_file import parse_urdf
 from hexapod_pin.robot.repair import RepairOptions, find_all, repair_urdf
@@ -369,3 +371,21 @@ def test_an_impossible_inertia_keeps_mass_and_centre() -> None:
     excess = 4e-4 - xx - yy
     wanted = (xx + excess / 3, yy + excess / 3, 4e-4 - excess / 3)
     assert new.moments[:3] == pytest.approx(wanted, rel=1e-5)
+
+
+@pytest.mark.parametrize(("moved", "said"), [(0.0, True), (0.01, False)])
+def test_a_body_that_counts_twice_is_a_doubt(tmp_path: Path, moved: float, said: bool) -> None:
+    """Builders give the trunk a link of its own for its inertial; all peaks were 50 % too large."""
+    root = ET.fromstring(hp.urdf_path("athena").read_text())
+    trunk = next(link for link in root.iter("link") if link.get("name") == "base_link")
+    again = copy.deepcopy(trunk)
+    again.set("name", "base_inertia")
+    joint = ET.SubElement(root, "joint", name="again", type="fixed")
+    ET.SubElement(joint, "parent", link="base_link")
+    ET.SubElement(joint, "child", link="base_inertia")
+    ET.SubElement(joint, "origin", xyz=f"{moved} 0 0")
+    root.append(again)
+    (tmp_path / "twice.urdf").write_bytes(ET.tostring(root))
+    doubts = hp.load_robot(tmp_path / "twice.urdf").doubts
+    text = "base_inertia: has mass and inertia of base_link, to which it is fixed"
+    assert (text in doubts) == said

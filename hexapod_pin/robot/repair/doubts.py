@@ -39,10 +39,13 @@ OF_ALL = {
 }
 """Phrases of these."""
 
-UNLIKE, RESISTANCE = "unlike the other legs", "absurd resistance"
-"""Kinds of finding of one part; of joints that resist, all together."""
+UNLIKE, TWICE = "unlike the other legs", "body that counts twice"
+"""Kinds of finding of one part."""
 
-OF_PARTS = (UNLIKE,)
+RESISTANCE = "absurd resistance"
+"""Kind of finding of joints that resist, all together."""
+
+OF_PARTS = (UNLIKE, TWICE)
 """Kinds of which the place and the value are named."""
 
 OF_LINKS = {

@@ -17,6 +17,7 @@ from hexapod_pin.robot.repair.doubts import (
     IN_ROBOT_FRAME,
     OFF_HIPS,
     SAME_MASS,
+    TWICE,
     grams,
     plausible_mass,
 )
@@ -221,7 +222,8 @@ def whole_findings(measures: Measures) -> list[Finding]:
     slips = [lengths, angles, mass_slip(measures), inertia_slip(measures)]
     slips += [*length_slips(measures), *mesh_slips(measures).values()]
     sized = measures.plausible_size or slips[0] is not None
-    found = [*_whole_frame(measures), *_trunk_off(measures), *_same_mass(measures)]
+    found = [*_whole_frame(measures), *_trunk_off(measures)]
+    found += [*_same_mass(measures), *_twice(measures)]
     found += [_slip(slip, sized) for slip in slips if slip is not None]
     kinds = {slip.kind for slip in slips if slip is not None}
     if "joints" not in kinds:
@@ -235,15 +237,11 @@ def _slip(slip: UnitSlip, sized: bool) -> Finding:
     """Return a finding; masses and inertias are scaled where the size of the robot is possible."""
     repairable = sized or slip.kind not in ("masses", "inertias")
     si = {"masses": "kg", "inertias": "kg m^2", "angles": "rad"}.get(slip.kind, "m")
+    cure = f"all multiplied by {slip.factor:g}" if repairable else SCALE_FIRST
     return Finding(
-        f"{slip.kind} in {slip.unit}",
-        "robot",
-        slip.value,
-        f"in {si}",
-        f"all multiplied by {slip.factor:g}" if repairable else SCALE_FIRST,
-        "suspicious",
+        f"{slip.kind} in {slip.unit}", "robot", slip.value, f"in {si}", cure, "suspicious",
         repairable=repairable,
-    )
+    )  # fmt: skip
 
 
 def _size(measures: Measures) -> Iterator[Finding]:
@@ -283,6 +281,29 @@ def _same_mass(measures: Measures) -> Iterator[Finding]:
             SAME_MASS, "robot", f"{grams(each)} in each of {count} links", "each link has its own",
             "give --mass, which scales all masses and inertias", "suspicious", repairable=False,
         )  # fmt: skip
+
+
+SAME, COUNTS = (1e-6, 1e-9), 0.05
+"""Relative and absolute difference up to which numbers of two bodies are one, and mass over the
+robot's from which a body that counts twice is said (*assumed*)."""
+
+
+def _twice(measures: Measures) -> Iterator[Finding]:
+    """Yield that a link has the mass, inertia and centre of mass of one that it is fixed to."""
+    places, least = measures.places, COUNTS * measures.total_mass
+    numbers = {
+        x.name: (x.mass, *x.moments, *(places[x.name][1] + places[x.name][0] @ x.com))
+        for x in measures.file.links
+        if x.name in places and (x.mass or 0.0) > least
+    }
+    for first, own in numbers.items():
+        for again in measures.file.rigid_group(first)[1:]:
+            if again in numbers and np.allclose(own, numbers[again], *SAME):
+                value = f"has mass and inertia of {first}, to which it is fixed"
+                yield Finding(
+                    TWICE, f"link {again!r}", value, "a body counts once",
+                    "take one <inertial> out by hand", "suspicious", repairable=False,
+                )  # fmt: skip
 
 
 def heavy(measures: Measures) -> bool:
