@@ -175,12 +175,15 @@ LONGEST_STEP = 0.1
 def require_seconds(cycle_time: float | None, step: float | None, force: bool) -> None:
     """Refuse a cycle time or step [s] that is none that robots walk with, unless it is forced.
 
+    A step that is forced must still divide the cycle.
+
     Raises:
         ParameterError: one is above `LONGEST_CYCLE` or `LONGEST_STEP`.
     """
     for option, value, most in (
-        ("--cycle-time", cycle_time, LONGEST_CYCLE), ("--step", step, LONGEST_STEP),
-    ):  # fmt: skip
+        ("--cycle-time", cycle_time, LONGEST_CYCLE),
+        ("--step", step, LONGEST_STEP),
+    ):
         if value is not None and value > most and not force:
             hint = f"ms? {value:g} ms are {1e-3 * value:g} s. --force walks it all the same."
             raise ParameterError(option, value, f"at most {most:g} s", hint)

@@ -147,8 +147,8 @@ def _print(
                 f"* at a limit; the {rows} cases of largest torque of {result.done}; --full has all"
             )
     reasons = [f"{count} x {kind}" for kind, count in result.reasons.items()]
-    told = 0 if result.done else 1  # in the headline
-    reasons += [f"case {index}: {reason}" for index, reason in failed[told:SHOWN]]
+    first = 0 if result.done else 1  # the headline has that of the first
+    reasons += [f"case {index}: {reason}" for index, reason in failed[first:SHOWN]]
     for line in reasons:
         _echo(line)
     timing = f"{round(run_now)} cases run in {taken:.1f} s; " if round(run_now) else ""

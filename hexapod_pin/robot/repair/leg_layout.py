@@ -151,7 +151,7 @@ def _mirror(measures: Measures, moved: Sequence[Joint]) -> Iterator[Finding]:
         return
     hips = np.array([places[leg[0].child][1] for leg in legs])
     axes, middle = _plane(hips)
-    ends = np.array([_end(measures, leg) for leg in legs])
+    ends = np.array([end_of(measures, leg[-1]) for leg in legs])
     z, w = ((x @ axes[0] + 1j * (x @ axes[1])) for x in (hips - middle, ends - hips))
     out_of_place, turned = _odd_legs(z, w)
     if out_of_place and len(legs) >= FEWEST_MIRRORED and not len(legs) % 2:
@@ -261,9 +261,9 @@ MOST_ODD = 2
 """Legs that one wrong leg makes odd: itself and its partner."""
 
 
-def _end(measures: Measures, leg: tuple[Joint, ...]) -> Array:
-    """Return the frame of a leg's last body that is farthest from its last joint [m]."""
-    places, last = measures.places, leg[-1].child
+def end_of(measures: Measures, joint: Joint) -> Array:
+    """Return the frame of the body that a joint moves which is farthest from the joint [m]."""
+    places, last = measures.places, joint.child
     frames = [places[x][1] for x in measures.file.rigid_group(last) if x in places]
     return max(frames, key=lambda place: float(np.linalg.norm(place - places[last][1])))
 

@@ -20,7 +20,7 @@ from hexapod_pin.robot.description.urdf_file import Joint, length
 from hexapod_pin.robot.repair import rules
 from hexapod_pin.robot.repair.doubts import UNLIKE
 from hexapod_pin.robot.repair.finding import Draft, Finding, number
-from hexapod_pin.robot.repair.leg_layout import FEWEST_LIKE, layout_findings
+from hexapod_pin.robot.repair.leg_layout import FEWEST_LIKE, end_of, layout_findings
 from hexapod_pin.robot.repair.measures import Measures
 
 MUCH_UNLIKE = 3.0
@@ -436,7 +436,7 @@ def _end(measures: Measures, joint: Joint) -> float:
     below = [x for name in names for x in file.joints_below.get(name, ())]
     if not all(math.isfinite(x) for one in below for x in (*one.xyz, *one.rpy)):
         return math.nan
-    return max((math.dist(places[x][1], places[joint.child][1]) for x in names), default=0.0)
+    return math.dist(end_of(measures, joint), places[joint.child][1]) if names else 0.0
 
 
 def _mass(measures: Measures, joint: Joint) -> float:
