@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -116,3 +117,43 @@ def test_a_point_foot_beside_a_ledge_lands_as_on_flat_ground(method: str, away: 
 
     level = height if away < 0.0 else 0.0  # the shelf is before the edge
     assert places(ledge, level) == pytest.approx(places(hp.Flat(), 0.0), rel=0, abs=1e-9)
+
+
+@pytest.mark.parametrize("stroke, cycle", [(0.038, 2.0), (0.086, 1.7)])
+def test_a_foot_that_the_last_correction_moves_into_the_ground_has_landed_there(
+    stroke: float, cycle: float
+) -> None:
+    """Newton's last correction is not evaluated: the foot is found in the ground a step later.
+
+    With the speed of a step before, its damping would be off by 8 %, and torques by ten times what
+    the run states.
+    """
+    scene = hp.Scene(hp.load_robot("kharagpur"))
+    control = hp.KinematicControl(hp.Gait.tripod(stroke=stroke, cycle_time=cycle))
+    truth = hp.simulate(
+        scene, control, duration=cycle, sample=2e-3, method="dop853", accuracy=1e-8, estimate=False
+    )
+    trace = hp.simulate(scene, control, duration=cycle, sample=2e-3, method="ndf", accuracy=1e-3)
+    error = np.abs(trace.torque - truth.torque).max(axis=1)
+    assert trace.counters["runs"] == 1
+    assert (error <= trace.error.torque).all()
+
+
+@pytest.mark.parametrize("method", ["extrapolated-euler", "ndf"])
+@pytest.mark.parametrize("height", [1e-15, -1e-15])
+def test_feet_that_stand_are_at_rest_on_either_side_of_rounding(method: str, height: float) -> None:
+    """Just above the ground by rounding, they would land with the speed of the first step's end."""
+    robot = hp.load_robot("kharagpur")
+    scene, standing = hp.Scene(robot), robot.stand()
+
+    def sinking(above: float, **settings: Any) -> hp.Trace:
+        q = standing.q + above * np.eye(standing.q.size)[2]
+        return hp.simulate(
+            scene, hp.HoldPosture(), duration=0.01, sample=5e-4,
+            initial=hp.State(q, np.zeros(robot.model.nv)), **settings,
+        )  # fmt: skip
+
+    truth = sinking(-1e-15, method="dop853", accuracy=1e-10, estimate=False)
+    trace = sinking(height, method=method, accuracy=1e-3)
+    error = np.abs(trace.torque - truth.torque).max()
+    assert error <= trace.error.torque.max()

@@ -35,7 +35,10 @@ class NdfDriver {
         norm_{tolerance_, kLeastVelocityWeight, resolution.refinement * plant.law.friction.steepness()},
         newton_(flow_, norm_), drives_(flow_, norm_),
         touch_(plant.feet.size(), kTouchTolerances * tolerance_, plant.law.normal.needs_touch_speed()),
-        carried_(flow_, observer) {}
+        carried_(flow_, observer) {
+    // Newton's last correction, which is not evaluated, may move a foot into the ground.
+    plant.located_depth = std::max(kLocatedTouchDepth, kLocatedTolerances * tolerance_);
+  }
 
   // From t to `stop`, in steps that may end beyond it but not beyond `horizon`, the set-points' next
   // jump. The plant is evaluated at (t, q, v) before and at `stop` after. False: no step of a
@@ -91,6 +94,7 @@ class NdfDriver {
   // hundreds of them a second, each with a start at low order.
   static constexpr double kRestartStrictness = 8.0;
   static constexpr double kTouchTolerances = 10.0;  // a foot has landed within a hundredth of a tolerance
+  static constexpr double kLocatedTolerances = 10.0;  // so deep a foot may be that has just landed
   static constexpr double kLeastStep = 1e-14;      // s, and of the time
   static constexpr double kJumpStep = 1e-13;       // s, and of the time; across the jump of a damper's force at
                                                    // touch-down no step is accurate, and so short a one will do

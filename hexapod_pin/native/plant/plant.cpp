@@ -74,7 +74,7 @@ void Plant<SystemT>::update_memories() {
   for (Contact& foot : feet) {
     const bool begun = foot.active && !foot.memory.touching, unseen = !(foot.memory.free_gap < kFarAway);
     const bool located =
-        begun && (unseen || -foot.ground.gap < std::min(kLocatedTouchDepth, foot.memory.free_gap));
+        begun && (unseen || -foot.ground.gap < std::min(located_depth, foot.memory.free_gap));
     if (foot.active) foot.memory.stand_on(foot.ground);
     else if (foot.memory.touching) foot.memory.reset();
     if ((!foot.active || located) && law.normal.needs_touch_speed())
@@ -283,7 +283,8 @@ template <class SystemT>
 
 template <class SystemT>
 inline void Plant<SystemT>::find_force(Contact& foot, const Vec3& world, double implicit_dt) {
-  if (!foot.memory.touching && foot.memory.touch_speed <= 0.0)  // never seen free
+  // Never seen free, or at rest above the ground; one that stood on it begins at the speed of that.
+  if (!foot.memory.touching && foot.memory.touch_speed <= 0.0 && foot.memory.free_gap > kStanding)
     foot.memory.touch_speed = std::max(0.0, -foot.ground.normal.dot(foot.velocity));
   if (!terrain.patches.empty()) {
     if (!pieces_frozen) foot.memory.patch = terrain.patch_at(world.x(), world.y());
