@@ -82,12 +82,18 @@ class AccuracyControl:
         transients: of a walk until it repeats: what is left of them in its last cycle.
     """
 
-    def __init__(self, settings: RunSettings, before: AccuracyControl | None = None) -> None:
+    def __init__(
+        self, settings: RunSettings, before: AccuracyControl | None = None, share: float = 1.0
+    ) -> None:
         """Store the settings requested; nothing is run yet.
 
-        `before`: the runs of the part of the motion before this one, whose work counts, too.
+        Args:
+            settings: the settings requested.
+            before: the runs of the part of the motion before this one, whose work counts, too.
+            share: of the accuracy requested, that the error of a run which knows it may take [-].
         """
         self.settings = settings
+        self._allowed = share
         self.transients: Transients | None = None
         self._work = (0, 0.0) if before is None else before.work
         self.comparisons: list[Comparison] = []
@@ -181,6 +187,11 @@ class AccuracyControl:
         return self._ended[-1].run if self._ended else None
 
     @property
+    def numbers(self) -> Mapping[str, Any]:
+        """The numbers of its summary."""
+        return self._chosen.numbers
+
+    @property
     def work(self) -> tuple[int, float]:
         """Evaluations and wall time [s] so far, those before included."""
         evaluations, wall_time = self._work
@@ -199,11 +210,18 @@ class AccuracyControl:
     @property
     def _kept(self) -> bool:
         """Whether the chosen run is within the accuracy requested."""
-        kept = self._own_ratio <= 1.0 or bool(self.comparisons and self.comparisons[-1].kept)
+        compared = bool(self.comparisons) and self.comparisons[-1].kept
+        kept = self._own_ratio <= self._allowed or compared
         if not kept or self.transients is None:
             return kept
         error = self._error
         return error is not None and self._ratio(error) <= 1.0
+
+    @property
+    def error_ratio(self) -> float:
+        """Error of the chosen run over the accuracy requested [-], transients apart; inf: unknown."""
+        error = self._run_error
+        return math.inf if error is None else self._ratio(error)
 
     @property
     def _knows_error(self) -> bool:
@@ -218,10 +236,14 @@ class AccuracyControl:
         return self.comparisons[-1].error_fraction
 
     @property
-    def _error(self) -> ErrorEstimate | None:
-        error = self._difference and self._difference.scaled(self._share)
+    def _run_error(self) -> ErrorEstimate | None:
         if self._knows_error:
-            error = self._chosen.own_error
+            return self._chosen.own_error
+        return self._difference and self._difference.scaled(self._share)
+
+    @property
+    def _error(self) -> ErrorEstimate | None:
+        error = self._run_error
         if error is None or self.transients is None:
             return error
         return self.transients.left.added_to(error)
@@ -262,17 +284,20 @@ Runs = Generator[NativeRun, None, Outcome]
 """Runs, each to be advanced to its end before the next is asked for; returns what they lead to."""
 
 
-def controlled_runs(run: NativeRun, before: AccuracyControl | None = None) -> Runs[AccuracyControl]:
+def controlled_runs(
+    run: NativeRun, before: AccuracyControl | None = None, share: float = 1.0
+) -> Runs[AccuracyControl]:
     """Yield the runs of a case, finer each time, until its accuracy is met; one without estimate.
 
     Args:
         run: of the case, not yet advanced; it may have the first level of resolution already.
         before: as of `AccuracyControl`.
+        share: as of `AccuracyControl`.
 
     Raises:
         DivergenceError: the states of a run and of a finer one are no longer finite.
     """
-    control = AccuracyControl(run.settings, before)
+    control = AccuracyControl(run.settings, before, share)
     if not run.settings.estimate:
         yield run
         control.take(0, run)

@@ -19,7 +19,15 @@ DEFAULT_ACCURACY = 1e-4
 """[m and rad]"""
 
 LOOSEST_TOLERANCE = {"extrapolated-euler": 1e-3, "ndf": 2e-6, "dop853": 1e-3}
-"""Of one step [m and rad]: looser ones hardly make it longer, and spoil the history of ndf."""
+"""Of one step [m and rad], of runs that are compared: looser ones differ in what they miss."""
+
+LOOSEST_CARRIED_TOLERANCE = {"extrapolated-euler": 10.0**-2.5, "ndf": 1e-5}
+"""The same of runs that carry their error along: looser ones hardly make steps longer."""
+
+TORQUE_TOLERANCE = {"ndf": 10.0**-3.25}
+"""The same over the share of the largest torque that torques may be off by, where it is requested [m
+and rad]: of 100 walks 7 need a second run then."""
+
 START_RATIO = 10.0
 """Tolerance of level 0 over the accuracy: [-]."""
 LEAST_TOLERANCE = {"extrapolated-euler": 1e-10, "ndf": 1e-13, "dop853": 1e-13}
@@ -155,16 +163,24 @@ class MethodSettings:
         """Tolerance of one step [m and rad]; 0 for fixed steps."""
         if not self.method.adaptive:
             return 0.0
-        loosest = LOOSEST_TOLERANCE[self.method.name]
         if self.refinement is None:
-            return min(loosest, self.accuracy)
-        return min(loosest, START_RATIO * self.accuracy) / self.tolerance_ratio
+            return min(self._loosest, self.accuracy)
+        return min(self._loosest, START_RATIO * self.accuracy) / self.tolerance_ratio
+
+    @property
+    def _loosest(self) -> float:
+        """Loosest tolerance of one step [m and rad]."""
+        name = self.method.name
+        if not self.carries_error:
+            return LOOSEST_TOLERANCE[name]
+        of_torque = TORQUE_TOLERANCE.get(name, math.inf) * (self.torque_share or math.inf)
+        return min(LOOSEST_CARRIED_TOLERANCE[name], of_torque)
 
     @property
     def resolved_accuracy(self) -> float:
         """The accuracy below which runs get finer [m and rad]: at looser ones they are the same."""
         share = CARRIED_RATIO[self.method.name][0] if self.carries_error else START_RATIO
-        return min(self.accuracy, LOOSEST_TOLERANCE[self.method.name] / share)
+        return min(self.accuracy, self._loosest / share)
 
     @property
     def tolerance_ratio(self) -> float:
@@ -197,7 +213,7 @@ class MethodSettings:
     def _second_level(self) -> int:
         """Level of the run that is compared with that of level 0 first."""
         name = self.method.name
-        decades = math.log10(START_RATIO * self.accuracy / LOOSEST_TOLERANCE[name])
+        decades = math.log10(START_RATIO * self.accuracy / self._loosest)
         further = math.ceil(HELD_LEVELS[name] * min(1.0, max(0.0, decades - 1e-9)))
         if self.sensitive:
             further = max(further, SENSITIVE_LEVELS[name])

@@ -32,7 +32,6 @@ from hexapod_pin.simulation.case_data import STEADY, Kind, run_to_dict
 from hexapod_pin.simulation.methods import DEFAULT_ACCURACY
 from hexapod_pin.simulation.native_run import NativeRun
 from hexapod_pin.simulation.plant import motion_at
-from hexapod_pin.simulation.run_outcome import run_numbers
 from hexapod_pin.simulation.run_settings import (
     ADAPTIVE_SAMPLE,
     RunSettings,
@@ -49,8 +48,8 @@ from hexapod_pin.simulation.transients import (
 if TYPE_CHECKING:
     from hexapod_pin.simulation.case_data import CaseData
 
-SETTLING_METHOD, LEAST_SETTLING_ACCURACY = "extrapolated-euler", 1e-6
-"""How cycles are run that only let transients decay, and how accurately at most [m and rad]."""
+SETTLING_METHOD, SETTLING_ACCURACIES = "extrapolated-euler", (1e-6, 1e-3)
+"""How cycles are run that only let transients decay, and between which accuracies [m and rad]."""
 
 SUMMARY_SAMPLE = 0.02
 """Time between samples where none is stored [s]: errors are looked at there, and at steps."""
@@ -58,15 +57,20 @@ SUMMARY_SAMPLE = 0.02
 SETTLING_GROUPS = ("torque", "contacts")
 """Of samples: what a cycle's ends are compared in."""
 
-SETTLING_SHARES = (1.0, 0.1)
-"""Of the accuracy requested, in the first of them and in those that follow [-]: what one leaves in
-error is another transient."""
+SETTLING_SHARES = (10.0, 0.3)
+"""Accuracy of the first of them, and of those that follow, over the accuracy requested [-]: what one
+leaves in error is another transient, of which the next leaves a tenth."""
 
 MOST_CYCLES = 10
 """Cycles after which none is expected to repeat [-]."""
 
-SETTLED_SHARE = 0.5
-"""Of the accuracy requested, that transients may take [-]; the run's own error has the rest."""
+SETTLED_SHARE = 0.2
+"""Of the accuracy requested, that transients may take in any case [-]; more where the run's own error
+leaves it."""
+
+EXPECTED_SHARE = 1.5
+"""What the last contraction may leave of the transients in the next cycle, for that to be the one that
+is reported, over the accuracy requested [-]. Most walks contract more from cycle to cycle."""
 
 
 def why_not_steady(case: CaseData) -> str | None:
@@ -130,20 +134,20 @@ def steady_runs(case: CaseData, *, record: bool = True) -> Runs[AccuracyControl 
     settled = False
     for count in range(1, MOST_CYCLES + 1):
         try:
-            control = yield from controlled_runs(run, control)
+            control = yield from controlled_runs(run, control, 1.0 - SETTLED_SHARE)
         except DivergenceError:
             return None
         if control.run is None or _fallen(control.run):
             return None
-        now = Change.of(control.run), run_numbers(control.run)
+        now = Change.of(control.run), control.numbers
         if last is not None:
             left = Transients.of(count, (last[0], now[0]), (last[1], now[1]))
             share = left.share(measured.method_settings, _largest_torque(now[1]))
             if settled:
                 control.transients = left
-                if share <= SETTLED_SHARE:
+                if share <= max(SETTLED_SHARE, 1.0 - control.error_ratio):
                     return control
-            settled = settled or share * now[0].contraction(last[0]) <= SETTLED_SHARE
+            settled = settled or share * now[0].contraction(last[0]) <= EXPECTED_SHARE
         start, last = control.run.checkpoint(), now
         run = (
             run.continued(measured.at_first_level(), start, groups)
@@ -182,7 +186,8 @@ def _settling(measured: RunSettings, count: int) -> RunSettings:
     """Return how the first, second ... cycle is run, which only lets transients decay."""
     accuracy = measured.method_settings.accuracy or DEFAULT_ACCURACY
     accuracy *= SETTLING_SHARES[min(count, len(SETTLING_SHARES)) - 1]
-    accuracy = min(DEFAULT_ACCURACY, max(LEAST_SETTLING_ACCURACY, accuracy))
+    least, most = SETTLING_ACCURACIES
+    accuracy = min(most, max(least, accuracy))
     return RunSettings.of(
         measured.duration, SETTLING_METHOD, accuracy, None, None, measured.duration,
         estimate=False, limits=measured.limits,
