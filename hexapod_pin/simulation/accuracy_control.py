@@ -219,7 +219,7 @@ class AccuracyControl:
 
     @property
     def error_ratio(self) -> float:
-        """Error of the chosen run over the accuracy requested [-], transients apart; inf: unknown."""
+        """Error of the chosen run alone over the accuracy requested [-]; inf: it is not known."""
         error = self._run_error
         return math.inf if error is None else self._ratio(error)
 

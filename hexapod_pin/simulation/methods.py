@@ -25,8 +25,8 @@ LOOSEST_CARRIED_TOLERANCE = {"extrapolated-euler": 10.0**-2.5, "ndf": 1e-5}
 """The same of runs that carry their error along: looser ones hardly make steps longer."""
 
 TORQUE_TOLERANCE = {"ndf": 10.0**-3.25}
-"""The same over the share of the largest torque that torques may be off by, where it is requested [m
-and rad]: of 100 walks 7 need a second run then."""
+"""The same over the share of the largest torque that torques may be off by, where that is requested
+[m and rad]: few walks need a second run then."""
 
 START_RATIO = 10.0
 """Tolerance of level 0 over the accuracy: [-]."""

@@ -58,19 +58,19 @@ SETTLING_GROUPS = ("torque", "contacts")
 """Of samples: what a cycle's ends are compared in."""
 
 SETTLING_SHARES = (10.0, 0.3)
-"""Accuracy of the first of them, and of those that follow, over the accuracy requested [-]: what one
-leaves in error is another transient, of which the next leaves a tenth."""
+"""Accuracy of the first of them, and of those that follow, over that requested [-]: what one leaves
+in error is another transient, of which the next leaves a tenth."""
 
 MOST_CYCLES = 10
 """Cycles after which none is expected to repeat [-]."""
 
 SETTLED_SHARE = 0.2
-"""Of the accuracy requested, that transients may take in any case [-]; more where the run's own error
-leaves it."""
+"""Of the accuracy requested, that transients may take in any case [-]; they may take more where the
+run's own error leaves it."""
 
 EXPECTED_SHARE = 1.5
-"""What the last contraction may leave of the transients in the next cycle, for that to be the one that
-is reported, over the accuracy requested [-]. Most walks contract more from cycle to cycle."""
+"""Of the accuracy requested, what the last contraction may leave of the transients in a cycle that is
+run to be reported [-]. Most walks contract more from cycle to cycle, and leave less."""
 
 
 def why_not_steady(case: CaseData) -> str | None:
