@@ -44,6 +44,7 @@ def test_costs_are_those_of_each_walk(found: hp.study.GaitEnergy) -> None:
             duration=duration,
             sample=sample,
             until="steady",
+            accuracy=1e-4,
         )
         budget = hp.torque_budget(trace)
         assert found.of("cost_of_transport", scene)[0, 1] == budget.cost_of_transport

@@ -56,8 +56,8 @@ def test_every_verdict_is_that_of_peaks_computed_independently(name: str, gait: 
     friction = hp.contact.StickSlip(mu=0.7, stiffness=4e4, damping=60.0 * math.sqrt(2.0))
     stiff_feet = replace(scene, contact=hp.Contact(normal=normal, friction=friction))
     stiff_servos = replace(scene, servo=hp.Servo(kp=2 * servo.kp, kd=2 * servo.kd))
-    # a tenth of the loosest accuracy that makes a difference to a run of ndf: 2e-6 / 0.3
-    fine = {"accuracy": 2e-7 / 0.3, "sample": 0.01 / 3}
+    # a tenth of the loosest accuracy that makes a difference to a run of ndf: 1e-5 / 0.3
+    fine = {"accuracy": 1e-6 / 0.3, "sample": 0.01 / 3}
     run, finer = peaks(scene, case, **QUICK), peaks(scene, case, **fine)
     harder, tighter = peaks(stiff_feet, case, **fine), peaks(stiff_servos, case, **fine)
     floor = 0.01 * finer.max()

@@ -151,7 +151,7 @@ def test_what_the_package_does_is_logged_and_nothing_is_printed(
         hp.load_robot(plain)
         robot = hp.load_robot("crawler")
         walk = hp.KinematicControl(hp.Gait.tripod(stroke=0.04, cycle_time=0.4))
-        hp.simulate(hp.Scene(robot), walk, duration=0.4, accuracy=1e-2, method="extrapolated-euler")
+        hp.simulate(hp.Scene(robot), walk, duration=0.4, accuracy=1e-2, method="dop853")
     levels = {record.levelname for record in caplog.records}
     text = caplog.text
     assert levels == {"INFO", "DEBUG"} and {one.name for one in caplog.records} == {"hexapod_pin"}
