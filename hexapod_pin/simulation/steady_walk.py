@@ -69,8 +69,8 @@ SETTLED_SHARE = 0.2
 run's own error leaves it."""
 
 EXPECTED_SHARE = 1.5
-"""Of the accuracy requested, what the last contraction may leave of the transients in a cycle that is
-run to be reported [-]. Most walks contract more from cycle to cycle, and leave less."""
+"""Of the accuracy requested, what the last contraction may leave of the transients in a cycle that
+is run to be reported [-]. Most walks contract more from cycle to cycle, and leave less."""
 
 
 def why_not_steady(case: CaseData) -> str | None:
