@@ -34,10 +34,7 @@ class RepairTrial:
         """Return an answer with the doubts that are left where the repair changes little."""
         if self.change is None or self.change > MUCH:
             return answer
-        from hexapod_pin.results.walk_cautions import RUN_ERROR
-
-        own = tuple(doubt for doubt in answer.verdict.doubts if doubt.startswith(RUN_ERROR))
-        return replace(answer, verdict=replace(answer.verdict, doubts=(*self.left, *own)))
+        return replace(answer, verdict=replace(answer.verdict, doubts=self.left))
 
 
 def try_repaired(answer: WalkAnswer, repaired: Callable[[], Case]) -> RepairTrial:

@@ -28,7 +28,6 @@ from hexapod_pin.results.sizing.trace_demand import joint_demand
 from hexapod_pin.results.stability import stability
 from hexapod_pin.results.torque_budget import TorqueBudget, torque_budget
 from hexapod_pin.results.trace import Trace
-from hexapod_pin.results.walk_cautions import RUN_ERROR
 from hexapod_pin.results.walk_verdict import WalkVerdict, lost_text, walk_verdict
 from hexapod_pin.text_table import WIDTH, Cell, Table, folded
 
@@ -74,13 +73,13 @@ class WalkAnswer(Immutable):
     def good(self) -> bool:
         """Whether the robot walks, its torques may be trusted, and its motor, if any, passes."""
         motor_passes = self.motor is None or self.motor.passes
-        return self.verdict.walks and not self.verdict.doubts and motor_passes
+        return self.verdict.walks and not self.verdict.untrusted and motor_passes
 
     @property
     def headline(self) -> str:
         """The verdict in one line, its most important part first."""
         verdict = self.verdict
-        name, doubts = verdict.robot_name, verdict.doubts
+        name, doubts = verdict.robot_name, verdict.untrusted
         if doubts:
             more = f" and {len(doubts) - 1} more" if len(doubts) > 1 else ""
             besides = f"; {self.caution}" if self.caution else ""
@@ -136,17 +135,17 @@ class WalkAnswer(Immutable):
         found = folded(self.headline)
         verdict = self.verdict
         found += folded(", ".join(self._unsaid()))
-        if verdict.doubts:
+        if verdict.untrusted:
             why = ", ".join(filter(None, (verdict.cause, verdict.reason)))
             state = "walks with these numbers" if verdict.walks else f"does not: {why}"
             cure = "--repair mends what it can, `hexapod-pin check` explains"
-            if all(text.startswith("mass ") for text in verdict.doubts):
-                cure = "weigh it and state it: --repair --mass KG"
-            if verdict.doubts[0].startswith(RUN_ERROR):
+            if not verdict.doubts:
                 cure = "its accuracy was not kept: no motor can be sized by it"
+            elif all(text.startswith("mass ") for text in verdict.untrusted):
+                cure = "weigh it and state it: --repair --mass KG"
             found += folded(f"it {state}; {cure}")
         if not verdict.walks:
-            reason = f"{verdict.reason}; " if verdict.cause and not verdict.doubts else ""
+            reason = f"{verdict.reason}; " if verdict.cause and not verdict.untrusted else ""
             found += folded(f"{reason}{verdict.advice}")
         if self.motor is not None:
             found += self._motor_lines()

@@ -76,18 +76,14 @@ MUCH_ERROR = 0.1
 """Error of torques over the largest torque from which they are not to be trusted [-]."""
 
 
-RUN_ERROR = "the run's own error"
-"""How a doubt begins that is none of the robot's file."""
-
-
-def large_error(trace: Trace) -> tuple[str, ...]:
-    """Return as a doubt that the torques of a run may be far off; mostly nothing."""
+def large_error(trace: Trace) -> str:
+    """Return that the run's own error makes its torques doubtful; mostly nothing."""
     error = None if trace.error is None else trace.error.torque
     if error is None or "torque" not in trace.recorded:
-        return ()
+        return ""
     most = float(np.abs(trace.torque).max(initial=0.0))
     off = float(error[-1]) / most if most > 0.0 else 0.0
-    return (f"{RUN_ERROR} is {off:.0%} of the largest torque",) if off > MUCH_ERROR else ()
+    return f"the run's own error is {off:.0%} of the largest torque" if off > MUCH_ERROR else ""
 
 
 MUCH_RESERVE = (5.0, 40.0)

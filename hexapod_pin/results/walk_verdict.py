@@ -32,7 +32,7 @@ from hexapod_pin.results.walk_causes import (
     lost_legs,
     slip_of,
 )
-from hexapod_pin.results.walk_cautions import RUN_ERROR, cautions, large_error, vain_limits
+from hexapod_pin.results.walk_cautions import cautions, large_error, vain_limits
 
 LEAST_SHARE = 0.8
 """Fraction of the planned distance, and of the planned yaw, from which a robot walks."""
@@ -74,7 +74,8 @@ class WalkVerdict(Immutable):
         cause: of that, in a few words, where one shows; empty where it walks.
         advice: what to change; empty where it walks.
         change: the field of the gait to change, and its value; None where a run cannot try it.
-        doubts: what makes torques doubtful, in short phrases: of the robot's file and the run.
+        doubts: what in the robot's file makes torques doubtful, in short phrases.
+        large_error: that the run's own error does; mostly empty.
         push: what pushes did, from the first of them on; None of a run without one.
         lost_legs: legs whose drives gave no torque, from some time of the run on.
         vain_limits: one of the robot's own limits that is beyond any motor's, so that none acts,
@@ -104,6 +105,7 @@ class WalkVerdict(Immutable):
     cause: str = ""
     change: tuple[str, float] | None = None
     doubts: tuple[str, ...] = ()
+    large_error: str = ""
     push: PushEffect | None = None
     lost_legs: tuple[str, ...] = ()
     vain_limits: str = ""
@@ -113,6 +115,11 @@ class WalkVerdict(Immutable):
     def walks(self) -> bool:
         """Whether it does what was planned, on its feet."""
         return not self.reason
+
+    @property
+    def untrusted(self) -> tuple[str, ...]:
+        """What makes torques doubtful, in short phrases: of the robot's file and of the run."""
+        return (*self.doubts, self.large_error) if self.large_error else self.doubts
 
     @property
     def line(self) -> str:
@@ -182,7 +189,7 @@ def walk_verdict(trace: Trace) -> WalkVerdict:
         prescribed=trace.run.prescribed,
         holds=trace.run.case.controller.get("kind") == "hold",
         reason=reason, advice=hint.text, cause=hint.cause, change=hint.change,
-        doubts=(*trace.run.robot.doubts, *large_error(trace)), push=push,
+        doubts=trace.run.robot.doubts, large_error=large_error(trace), push=push,
         lost_legs=lost, vain_limits=vain_limits(trace),
         cautions=() if reason else cautions(trace, slip),
     )  # fmt: skip
@@ -334,11 +341,11 @@ def _limits(verdict: WalkVerdict) -> str:
 
 
 def _doubt(verdict: WalkVerdict) -> str:
-    """Return that torques are not to be trusted, and why; empty where the file is sound."""
-    if not verdict.doubts:
+    """Return that torques are not to be trusted, and why; empty where they are."""
+    if not verdict.untrusted:
         return ""
-    cure = "" if verdict.doubts[0].startswith(RUN_ERROR) else " (--repair)"
-    return f"torques are NOT to be trusted: {', '.join(verdict.doubts)}{cure}"
+    cure = " (--repair)" if verdict.doubts else ""
+    return f"torques are NOT to be trusted: {', '.join(verdict.untrusted)}{cure}"
 
 
 def _share(what: str, share: JointShare) -> str:
