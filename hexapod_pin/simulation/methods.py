@@ -24,7 +24,7 @@ LOOSEST_TOLERANCE = {"extrapolated-euler": 1e-3, "ndf": 2e-6, "dop853": 1e-3}
 LOOSEST_CARRIED_TOLERANCE: dict[str, float] = {"extrapolated-euler": 10.0**-2.5, "ndf": 1e-5}
 """The same of runs that carry their error along: looser ones hardly make steps longer."""
 
-TORQUE_TOLERANCE: dict[str, float] = {"ndf": 10.0**-3.25}
+TORQUE_TOLERANCE: dict[str, float] = {"ndf": 10.0**-3.5}
 """The same over the share of the largest torque that torques may be off by, where that is requested
 [m and rad]: few walks need a second run then."""
 
@@ -173,8 +173,9 @@ class MethodSettings:
         name = self.method.name
         if not self.carries_error:
             return LOOSEST_TOLERANCE[name]
+        of_position = max(LOOSEST_TOLERANCE[name], CARRIED_RATIO[name][0] * self.accuracy)
         of_torque = TORQUE_TOLERANCE.get(name, math.inf) * (self.torque_share or math.inf)
-        return min(LOOSEST_CARRIED_TOLERANCE[name], of_torque)
+        return min(LOOSEST_CARRIED_TOLERANCE[name], of_position, of_torque)
 
     @property
     def resolved_accuracy(self) -> float:

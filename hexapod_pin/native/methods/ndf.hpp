@@ -36,7 +36,6 @@ class NdfDriver {
         newton_(flow_, norm_), drives_(flow_, norm_),
         touch_(plant.feet.size(), kTouchTolerances * tolerance_, plant.law.normal.needs_touch_speed()),
         carried_(flow_, observer) {
-    // Newton's last correction, which is not evaluated, may move a foot into the ground.
     plant.located_depth = std::max(kLocatedTouchDepth, kLocatedTolerances * tolerance_);
   }
 
@@ -94,7 +93,7 @@ class NdfDriver {
   // hundreds of them a second, each with a start at low order.
   static constexpr double kRestartStrictness = 8.0;
   static constexpr double kTouchTolerances = 10.0;  // a foot has landed within a hundredth of a tolerance
-  static constexpr double kLocatedTolerances = 10.0;  // so deep a foot may be that has just landed
+  static constexpr double kLocatedTolerances = 10.0;  // so far Newton's last correction may move a foot
   static constexpr double kLeastStep = 1e-14;      // s, and of the time
   static constexpr double kJumpStep = 1e-13;       // s, and of the time; across the jump of a damper's force at
                                                    // touch-down no step is accurate, and so short a one will do
@@ -200,7 +199,17 @@ class NdfDriver {
     return BackwardDifferences::error_constant(order) * flow_.norm_of(d, norm_, h_);
   }
 
+  // Whether a foot is on its way into the ground and may be there after the correction that is not evaluated.
+  bool may_land() const {
+    const PlantT& plant = flow_.plant;
+    if (!plant.law.normal.needs_touch_speed()) return false;
+    return std::any_of(plant.feet.begin(), plant.feet.end(), [&](const auto& foot) {
+      return !foot.active && foot.ground.gap < plant.located_depth && foot.ground.normal.dot(foot.velocity) < 0.0;
+    });
+  }
+
   void accept(double t, double size, bool located, bool last) {
+    if (may_land()) flow_.evaluate(t, y_);
     const double local = BackwardDifferences::error_constant(history_.order()) *
                          flow_.xi(newton_.correction()).cwiseAbs().maxCoeff();
     error_most_ = std::max(error_most_, local);
