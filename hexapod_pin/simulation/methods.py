@@ -22,7 +22,7 @@ LOOSEST_TOLERANCE = {"extrapolated-euler": 1e-3, "ndf": 2e-6, "dop853": 1e-3}
 """Of one step [m and rad], of runs that are compared: looser ones differ in what they miss."""
 
 LOOSEST_CARRIED_TOLERANCE: dict[str, float] = {"extrapolated-euler": 10.0**-2.5, "ndf": 1e-5}
-"""The same of runs that carry their error along: looser ones hardly make steps longer."""
+"""The same of runs that carry their error along; looser ones were not tried on random scenes."""
 
 TORQUE_TOLERANCE: dict[str, float] = {"ndf": 10.0**-3.5}
 """The same over the share of the largest torque that torques may be off by, where that is requested
