@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <cstddef>
 #include <limits>
-#include <utility>
 #include <vector>
 
 #include "laws/terrain.hpp"
+#include "methods/hermite.hpp"
 #include "plant/dynamics.hpp"
 
 namespace hexapod {
@@ -27,13 +27,13 @@ class TrunkWatch {
  public:
   TrunkWatch() = default;
   explicit TrunkWatch(std::vector<TrunkPoint> points)
-      : points_(std::move(points)), before_(points_.size(), {kFarAway, Vec3::Zero()}) {
+      : points_(std::move(points)), before_(points_.size()) {
     for (const TrunkPoint& p : points_) reach_ = std::max(reach_, p.offset.norm() + p.radius);
   }
 
   // At an accepted state, `origin` that of the base. A trunk that cannot have reached the ground since
-  // it was last looked at is not looked at; one that has reached it did so between the two looks, where a
-  // linear motion would.
+  // it was last looked at is not looked at; one that has reached it did so between the two looks, where the
+  // cubic by gaps and their rates does.
   void look(const Terrain& terrain, const Mat3& rotation, const Vec3& origin, const VectorXd& v,
             double t) {
     if (points_.empty()) return;
@@ -47,12 +47,16 @@ class TrunkWatch {
       terrain.find_contacts(place, points_[i].radius, t, ground);
       const double gap = std::min(ground[0].gap, ground[1].gap);
       nearest = std::min(nearest, gap);
-      const auto& [gap_before, place_before] = before_[i];
-      if (gap < 0.0 && gap_before >= 0.0 && touches_.size() < kMostTouches) {
-        const double part = gap_before < kFarAway ? gap_before / (gap_before - gap) : 1.0;
-        touches_.push_back({last_look_ + part * (t - last_look_), i, place_before + part * (place - place_before)});
+      const Vec3& normal = ground[ground[1].gap < ground[0].gap].normal;
+      const Vec3 velocity = rotation * (v.head<3>() + v.segment<3>(3).cross(points_[i].offset));
+      const Look now{gap, normal.dot(velocity), place}, &before = before_[i];
+      if (gap < 0.0 && before.gap >= 0.0 && touches_.size() < kMostTouches) {
+        const double h = t - last_look_;
+        const double part = before.gap < kFarAway
+            ? hermite_root(before.gap, h * before.rate, gap, h * now.rate) : 1.0;
+        touches_.push_back({last_look_ + part * h, i, before.place + part * (place - before.place)});
       }
-      before_[i] = {gap, place};
+      before_[i] = now;
     }
     last_look_ = t;
     bound_ = kSpeedMargin * speed + kLeastSpeed;
@@ -67,8 +71,13 @@ class TrunkWatch {
   static constexpr double kSpeedMargin = 2.0;  // -
   static constexpr double kLeastSpeed = 0.5;   // m/s; covers shaking ground too
 
+  struct Look {
+    double gap = kFarAway, rate = 0.0;  // m, m/s
+    Vec3 place = Vec3::Zero();          // m
+  };
+
   std::vector<TrunkPoint> points_;
-  std::vector<std::pair<double, Vec3>> before_;  // gap [m] and place of each when last looked at
+  std::vector<Look> before_;  // at each, when last looked at
   std::vector<TrunkTouch> touches_;
   double reach_ = 0.0, fastest_ = 0.0, bound_ = 0.0;
   double next_look_ = -std::numeric_limits<double>::infinity(), last_look_ = 0.0;  // s
