@@ -41,7 +41,10 @@ HELD_LEVELS = {"extrapolated-euler": 2, "ndf": 0, "dop853": 0}
 """How many levels finer the second run is where `LOOSEST_TOLERANCE` limits level 0 to a tenth of
 what the accuracy allows: two such runs may both be wrong about which foot slides or touches."""
 
-CARRIED_RATIO = {"extrapolated-euler": (10.0**-0.5, 1.0), "ndf": (0.3, 0.3)}
+CARRIED_RATIO: dict[str, tuple[float, float]] = {
+    "extrapolated-euler": (10.0**-0.5, 1.0),
+    "ndf": (0.3, 0.3),
+}
 """Of the methods whose runs carry their error along: tolerance of the first over the accuracy, at
 most [-]; and where a run coarser by `JUMP` levels could be compared with it: then both cost what
 two runs that know nothing of their errors do."""
