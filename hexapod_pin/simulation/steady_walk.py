@@ -59,7 +59,7 @@ SETTLING_GROUPS = ("torque", "contacts")
 
 SETTLING_SHARES = (10.0, 0.3)
 """Accuracy of the first of them, and of those that follow, over that requested [-]: what one leaves
-in error is another transient, of which the next leaves a tenth."""
+in error is another transient, which the next reduces."""
 
 MOST_CYCLES = 10
 """Cycles after which none is expected to repeat [-]."""
@@ -70,7 +70,7 @@ run's own error leaves it."""
 
 EXPECTED_SHARE = 1.5
 """Of the accuracy requested, what the last contraction may leave of the transients in a cycle that
-is run to be reported [-]. Most walks contract more from cycle to cycle, and leave less."""
+is run to be reported [-]. Where that leaves too much, another follows."""
 
 
 def why_not_steady(case: CaseData) -> str | None:

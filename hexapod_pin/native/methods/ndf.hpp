@@ -93,7 +93,7 @@ class NdfDriver {
   // hundreds of them a second, each with a start at low order.
   static constexpr double kRestartStrictness = 8.0;
   static constexpr double kTouchTolerances = 10.0;  // a foot has landed within a hundredth of a tolerance
-  static constexpr double kLocatedTolerances = 10.0;  // so far Newton's last correction may move a foot
+  static constexpr double kLocatedTolerances = 10.0;  // by which Newton's last correction may move a foot
   static constexpr double kLeastStep = 1e-14;      // s, and of the time
   static constexpr double kJumpStep = 1e-13;       // s, and of the time; across the jump of a damper's force at
                                                    // touch-down no step is accurate, and so short a one will do

@@ -283,7 +283,8 @@ template <class SystemT>
 
 template <class SystemT>
 inline void Plant<SystemT>::find_force(Contact& foot, const Vec3& world, double implicit_dt) {
-  // Never seen free, or at rest above the ground; one that stood on it begins at the speed of that.
+  // A foot that was never seen free, or was at rest above the ground, takes the speed that it has here. One
+  // that stood on the ground but for rounding keeps the speed 0.
   if (!foot.memory.touching && foot.memory.touch_speed <= 0.0 && foot.memory.free_gap > kStanding)
     foot.memory.touch_speed = std::max(0.0, -foot.ground.normal.dot(foot.velocity));
   if (!terrain.patches.empty()) {

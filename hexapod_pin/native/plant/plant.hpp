@@ -18,7 +18,7 @@
 
 namespace hexapod {
 
-constexpr double kLocatedTouchDepth = 2e-7;  // m
+constexpr double kLocatedTouchDepth = 2e-7;  // m; touch-downs that were located are less deep
 constexpr double kStanding = 1e-12;  // m, height of a foot that stands on the ground but for rounding
 
 template <class SystemT>
@@ -168,7 +168,7 @@ class Plant {
   bool dry;  // a joint that is driven has dry friction
   Loads loads;
   System system;
-  double located_depth = kLocatedTouchDepth;  // m; a foot less deep has touched down just now
+  double located_depth = kLocatedTouchDepth;  // m; the same, of the method in use
   bool differentiates_separated = false;  // feet out of contact have velocities and Jacobians too
   std::size_t per_foot;    // contacts a foot can have at once
   std::vector<Contact> feet;  // contacts: those of foot f are f * per_foot ...
