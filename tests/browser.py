@@ -53,7 +53,7 @@ def started() -> Iterator[Any]:
 
 
 def opened(
-    browser: Any, path: Path, link: str = "", size: tuple[int, int] | None = (1024, 640)
+    browser: Any, path: Path, link: str = "", size: tuple[int, int] | None = (1024, 360)
 ) -> Any:
     """Return a page that shows a file, still, with the addresses that it asked for."""
     viewport = {"viewport": {"width": size[0], "height": size[1]}} if size else {}

@@ -23,16 +23,16 @@ from tests.sweep_studies import small_study
 
 GAIT = hp.Gait.tripod(stroke=0.04, cycle_time=0.3)
 FAST = GAIT.model_copy(update={"stroke": 0.05})
-SHORT: dict[str, Any] = {"duration": 0.9, "accuracy": 1e-3}
+SHORT: dict[str, Any] = {"duration": 0.9, "accuracy": 1e-2}
 ROBUST: dict[str, Any] = {"duration": 0.04, "method": "robust", "step": 2e-3}
 
 MOTORS = """
 schema = 1
 [base]
 robot = "kharagpur"
-gait = {name = "tripod", cycle_time = 0.6, stroke = 0.05}
+gait = {name = "tripod", cycle_time = 0.4, stroke = 0.04}
 accuracy = 1e-2
-duration = 1.8
+duration = 1.2
 [motors]
 voltage = 12.0
 models = ["XM430-W350", "XM540-W270"]
@@ -59,7 +59,7 @@ def compared(**how: Any) -> str:
     walks = {
         "plain": hp.KinematicControl(GAIT),
         "fast": hp.KinematicControl(FAST),
-        "far": hp.KinematicControl(GAIT.model_copy(update={"stroke": 2.0})),
+        "far": hp.HoldPosture([9.0] * 18),
     }
     bumps = random_bumps(scene(), [1], amplitude=0.005, wavelength=0.3, length=0.4)
     return _comparison(hp.compare({"flat": scene(), "bumps": bumps}, walks, **SHORT, **how))
@@ -97,10 +97,10 @@ def stiffness(**how: Any) -> str:
 
 
 def mapped(**how: Any) -> str:
-    """A map with a point that cannot be walked, and a repeat."""
+    """A map with two points that are too fast to be walked, and a repeat."""
     found = hp.torque_map(
-        scene(), "straight", gait=GAIT, strokes=[0.03, 0.05, 2.0], cycle_times=[0.4],
-        accuracy=1e-3, check=1, **how,
+        scene(), "straight", gait=GAIT, strokes=[0.03, 0.05], cycle_times=[0.02, 0.4],
+        accuracy=1e-2, check=1, **how,
     )  # fmt: skip
     return _grid(found)
 
@@ -110,7 +110,7 @@ def costed(**how: Any) -> str:
     gaits = {"tripod": hp.Gait.tripod(), "ripple": hp.Gait.ripple()}
     return _grid(
         hp.study.gait_energy(
-            scene(), gaits, [0.1, 0.15], stroke=0.04, accuracy=1e-3, check=1, **how
+            scene(), gaits, [0.1, 0.15], stroke=0.04, accuracy=1e-2, check=1, **how
         )
     )
 
@@ -151,11 +151,11 @@ def selected(**how: Any) -> str:
 
 
 def swept(**how: Any) -> str:
-    """Six walks of a study file; the dataset is that of the store."""
+    """Three walks of a study file; the dataset is that of the store."""
     store = how.pop("store", None)
     if store is None:
         store = Path(os.devnull)
-    found = hp.run_sweep(small_study(2), store, **how)
+    found = hp.run_sweep(small_study(1), store, **how)
     data = found.dataset
     return json.dumps({str(name): _bits(data[name].values) for name in sorted(data.variables)})
 

@@ -6,7 +6,7 @@ import importlib
 import inspect
 import re
 from collections.abc import Iterator, Mapping
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from types import FunctionType
 from typing import Any
@@ -22,12 +22,13 @@ def differences(one: Any, other: Any, where: str = "") -> Iterator[str]:
     if type(one) is not type(other):
         yield f"{where}: {type(one).__name__} and {type(other).__name__}"
     elif isinstance(one, np.ndarray):
-        if (one.dtype, one.shape, one.tolist().__repr__()) != (
-            other.dtype, other.shape, other.tolist().__repr__()
-        ):  # fmt: skip
+        if (one.dtype, one.shape) != (other.dtype, other.shape):
+            yield f"{where}: other kinds or shapes"
+        elif one.dtype.kind == "f":
+            if one.tobytes() != other.tobytes():
+                yield f"{where}: other bits"
+        elif repr(one.tolist()) != repr(other.tolist()):
             yield f"{where}: other numbers"
-        if one.dtype.kind == "f" and one.tobytes() != other.tobytes():
-            yield f"{where}: other bits"
         if one.flags.writeable != other.flags.writeable:
             yield f"{where}: writeable {one.flags.writeable} and {other.flags.writeable}"
     elif isinstance(one, Mapping):
@@ -73,6 +74,7 @@ ERROR_TYPE = re.compile(r"^class \w+\(.*(?:Error|Interrupted)\):", re.MULTILINE)
 """What a module has that defines a type of error."""
 
 
+@cache
 def error_types() -> list[type[HexapodError]]:
     """Every type of error of the package, whichever module it stands in."""
     package = Path(hp.__file__).parent

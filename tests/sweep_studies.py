@@ -17,7 +17,7 @@ name = "short walks"
 robot = "kharagpur"
 gait = { name = "tripod", stroke = 0.04, cycle_time = 0.3 }
 duration = 0.9
-accuracy = 1e-3
+accuracy = 1e-2
 """
 
 PAYLOADS = """

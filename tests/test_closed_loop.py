@@ -171,7 +171,7 @@ def test_a_cut_at_any_time_changes_no_bit(method, delay, sensors):
 def test_lock_step_gives_every_case_its_bits():
     controller = Yielding(sensors=NOISY)
     scenes = [
-        hp.Scene(robot(), contact=hp.Contact.accurate().with_mu(0.3 + 0.02 * k)) for k in range(24)
+        hp.Scene(robot(), contact=hp.Contact.accurate().with_mu(0.3 + 0.04 * k)) for k in range(12)
     ]
     cases = [Case(scene, controller, duration=0.05, accuracy=1e-4, sample=2e-3) for scene in scenes]
     how = cases[0].settings
@@ -182,7 +182,7 @@ def test_lock_step_gives_every_case_its_bits():
     for k in range(7):
         assert np.array_equal(alone[k], seven[k]) and np.array_equal(seven[k], many[k])
     assert np.array_equal(simulated, many[3])
-    assert not np.array_equal(many[0], many[23])
+    assert not np.array_equal(many[0], many[11])
 
 
 def test_one_that_diverges_leaves_the_others_alone():

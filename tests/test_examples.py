@@ -136,13 +136,13 @@ def test_sweep_a_parameter(run) -> None:
 def test_uncertain_walk(
     run, capsys: pytest.CaptureFixture[str], tmp_path_factory: pytest.TempPathFactory
 ) -> None:
-    """With half of the samples of its file."""
+    """With a quarter of the samples of its file."""
     file = example("uncertain_walk").STUDY
     text = file.read_text(encoding="utf-8")
     fewer = tmp_path_factory.mktemp("study") / file.name
-    fewer.write_text(text.replace("samples = 16", "samples = 8"), encoding="utf-8")
+    fewer.write_text(text.replace("samples = 16", "samples = 4"), encoding="utf-8")
     found = run("uncertain_walk", ("uncertain_walk.png",), study=fewer)
-    assert (found.walks, found.failed) == (16, 0)
+    assert (found.walks, found.failed) == (8, 0)
     assert 1.2 < found.percentiles[5] < found.percentiles[50] < found.percentiles[95] < 2.0  # N m
     assert found.indices.total[0] < 0.15  # a tripod that does not slip: friction hardly matters
     assert found.sentence in capsys.readouterr().out
@@ -168,7 +168,6 @@ def test_save_and_continue(run) -> None:
 
 def test_accuracy_and_speed(run) -> None:
     errors = run("accuracy_and_speed", ("accuracy_and_speed.png",))
-    assert errors["accuracy 0.0001"] < 1e-4
     assert errors["accuracy 0.0001"] < 1e-4
     assert errors["accuracy 1e-06"] < 1e-5 < errors["method robust, step 0.001"]
 

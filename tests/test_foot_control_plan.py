@@ -34,7 +34,7 @@ def made(walk: str):
 def times(control, until: float) -> np.ndarray:
     """Return random times none of which is within 1e-6 cycles of a touch-down or lift-off."""
     gait = control.gait
-    t = np.random.default_rng(3).uniform(0.0, until, 150)
+    t = np.random.default_rng(3).uniform(0.0, until, 90)
     age = np.mod(t[:, None] / gait.cycle_time - np.array(gait.phases), 1.0)
     near = np.minimum.reduce([age, 1.0 - age, np.abs(age - gait.duty)]).min(axis=1)
     return np.sort(t[near > 1e-6])

@@ -82,9 +82,7 @@ def test_a_foot_on_a_bump_is_drawn_up_and_one_over_a_hole_reaches_down(name, hei
     assert np.ptp(ends[1]) - even < 0.7 * (np.ptp(ends[0]) - even)
 
 
-@pytest.mark.parametrize(
-    ("name", "heading"), [("athena", 0.0), ("kharagpur", np.pi / 2), ("athena", -2.5)]
-)
+@pytest.mark.parametrize(("name", "heading"), [("kharagpur", np.pi / 2), ("athena", -2.5)])
 def test_levelling_puts_the_trunk_level_on_a_slope(name, heading):
     """Five degrees are within the limit of 0.12 rad; a slope up along x is a negative pitch."""
     scene = hp.Scene(robot(name), terrain=hp.Slope(angle=np.radians(5.0), heading=heading))

@@ -186,7 +186,7 @@ def test_an_own_weight_is_what_the_foot_need_not_push():
 # invariants -------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(3))
 def test_targets_balance_force_and_moment(seed):
     rng = np.random.default_rng(seed)
     up = Rotation.from_rotvec(rng.uniform(-0.2, 0.2, 3) * [1.0, 1.0, 0.0]).as_matrix()[:, 2]
@@ -208,7 +208,7 @@ def test_too_few_feet_give_no_forces_that_run_away(feet):
 
 GAITS = {
     "tripod": hp.Gait.tripod(lift=0.03), "tetrapod": hp.Gait.tetrapod(lift=0.03),
-    "ripple": hp.Gait.ripple(lift=0.03), "wave": hp.Gait.wave(lift=0.03, cycle_time=4.0),
+    "ripple": hp.Gait.ripple(lift=0.03), "wave": hp.Gait.wave(lift=0.03, cycle_time=3.0),
 }  # fmt: skip
 
 
@@ -225,8 +225,10 @@ def walked(name: str, gait: hp.Gait, period: float, **parts):
     return np.array(found), np.array(shares)
 
 
-@pytest.mark.parametrize("gait", GAITS)
-@every_robot
+@pytest.mark.parametrize(
+    ("name", "gait"),
+    [("kharagpur", "tripod"), ("athena", "tetrapod"), ("kharagpur", "ripple"), ("athena", "wave")],
+)
 def test_no_target_jumps(name, gait):
     """5 % of the weight per millisecond at most, also where tripods change (duty 1/2)."""
     weight = 9.81 * robot(name).total_mass

@@ -91,7 +91,7 @@ def test_other_numbers_of_legs(count: int, tmp_path: Path) -> None:
     path.write_text(legged(count))
     robot = hp.load_robot(path)
     gait, _ = feasible_gait(robot, default_gait(robot), None)
-    search = least_torque_posture(robot, gait)
+    search = least_torque_posture(robot, gait, spacing=0.15)
     new, old = search.found, search.standing
     assert search.changed and new.torque_rms < 0.8 * old.torque_rms
     assert new.static_margin >= LEAST_MARGIN * old.static_margin > 0.0
@@ -103,8 +103,16 @@ def test_other_numbers_of_legs(count: int, tmp_path: Path) -> None:
     assert np.minimum(plan - there.lower, there.upper - plan).min() >= JOINT_ROOM - 2e-4
 
 
-@pytest.mark.parametrize("posture", [None, "found"])
-@pytest.mark.parametrize("gait", ["tripod", "tetrapod", "ripple", "wave"])
+@pytest.mark.parametrize(
+    ("gait", "posture"),
+    [
+        ("tripod", None),
+        ("tripod", "found"),
+        ("tetrapod", None),
+        ("ripple", "found"),
+        ("wave", None),
+    ],
+)
 def test_targets_of_force_do_not_jump(found, gait: str, posture: str | None) -> None:
     """Less than 5 % of the weight in a millisecond, duty 1/2 included, at every instant."""
     robot = hp.load_robot("kharagpur", posture=found["kharagpur"].posture if posture else None)
@@ -125,8 +133,8 @@ def test_what_cannot_be_searched_is_refused(tmp_path: Path) -> None:
         least_torque_posture(robot, hp.Gait.tripod(), spacing=0.0)
     with refused(ParameterError, "transfer", 0.0):
         least_torque_posture(robot, hp.Gait.tripod(), transfer=0.0)
-    with refused(GaitError, quantity="stroke"):
-        least_torque_posture(robot, hp.Gait.tripod(stroke=0.5))
+    with refused(GaitError, quantity="cycle_time"):
+        least_torque_posture(robot, hp.Gait.tripod(stroke=0.06, cycle_time=0.1))
     path = tmp_path / "two.urdf"
     path.write_text(legged(6, joints=2))
     two = hp.load_robot(path)
@@ -137,7 +145,7 @@ def test_what_cannot_be_searched_is_refused(tmp_path: Path) -> None:
 def test_walk_searches_it_and_prints_its_numbers(tmp_path: Path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     words = ["walk", "athena", "--gait", "tripod", "--stroke", "0.06", "--cycle-time", "1.6"]
-    words += ["--lift", "0.04", "--duration", "5", "--no-html", "--quick", "--full"]
+    words += ["--lift", "0.04", "--duration", "0.2", "--no-html", "--quick", "--full"]
     run = CliRunner().invoke(app, [*words, "--posture", "least-torque", "--save-case", "c.toml"])
     assert run.exit_code == 0, run.output
     said = " ".join(run.output.split())

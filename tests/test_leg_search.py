@@ -15,7 +15,7 @@ from hexapod_pin.errors import ParameterError, ReachError
 from hexapod_pin.robot.leg_geometry import POSITION_TOLERANCE, travel_and_height
 from hexapod_pin.robot.leg_kinematics import LegKinematics
 
-SEEDS = range(12)
+SEEDS = range(9)
 JOINTS = (2, 3)
 
 
@@ -122,7 +122,7 @@ def test_a_smooth_path_is_followed_back_to_its_angles(joints: int) -> None:
     """Also through the whole range of the joints, where Newton steps from the start lead astray."""
     s = np.linspace(0.0, 1.0, 60)[:, None]
     followed = 0
-    for seed in SEEDS:
+    for seed in range(12):
         rng = np.random.default_rng(seed)
         leg = random_leg(joints, rng)
         ends = rng.uniform(leg.lower, leg.upper, (2, joints))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import os
+import re
 import resource
 import subprocess
 import sys
@@ -287,6 +288,10 @@ CALLS = {"write_text", "write_bytes", "mkdir", "touch", "symlink_to", "hardlink_
          "unlink", "rmtree", "savez", "to_netcdf", "mkstemp", "mkdtemp"}  # fmt: skip
 
 
+WORDS = re.compile(rf"\b(open|connect|replace|link|rename|remove|symlink|{'|'.join(CALLS)})\(")
+"""What every such call begins with."""
+
+
 def _writes(call: ast.Call) -> bool:
     """Tell whether a call opens, makes or removes a file."""
     function = call.func
@@ -313,9 +318,12 @@ def test_files_are_opened_for_writing_in_these_places_alone() -> None:
         name = str(path.relative_to(package))
         if name.startswith(left_out):
             continue
+        text = path.read_text()
+        if not WORDS.search(text):
+            continue
         calls = [
             ast.unparse(node)[:60]
-            for node in ast.walk(ast.parse(path.read_text()))
+            for node in ast.walk(ast.parse(text))
             if isinstance(node, ast.Call) and _writes(node)
         ]
         if calls:

@@ -27,13 +27,13 @@ MOTOR = "AX-12A"
 def runs() -> dict[str, Trace]:
     """A walk that is pushed before its steady cycles, and two gaits undisturbed."""
     robot = hp.load_robot("kharagpur")
-    push = hp.Push("base_link", force=(0.0, 30.0, 0.0), start=1.2, duration=0.1)
-    tetrapod = hp.Gait.tetrapod(stroke=0.14, cycle_time=2.4)
-    ripple = hp.Gait.ripple(stroke=0.14, cycle_time=2.4)
+    push = hp.Push("base_link", force=(0.0, 30.0, 0.0), start=0.6, duration=0.1)
+    tetrapod = hp.Gait.tetrapod(stroke=0.07, cycle_time=1.2)
+    ripple = hp.Gait.ripple(stroke=0.07, cycle_time=1.2)
     cases = {
-        "pushed": (hp.Scene(robot, loads=(push,)), tetrapod, 7.4),
-        "tetrapod": (hp.Scene(robot), tetrapod, 7.2),
-        "ripple": (hp.Scene(robot), ripple, 7.2),
+        "pushed": (hp.Scene(robot, loads=(push,)), tetrapod, 3.7),
+        "tetrapod": (hp.Scene(robot), tetrapod, 3.6),
+        "ripple": (hp.Scene(robot), ripple, 3.6),
     }
     return {
         name: hp.simulate(scene, hp.KinematicControl(gait), duration=duration, estimate=False)
@@ -99,11 +99,11 @@ def test_five_questions_are_answered_by_the_page(
     began = time.monotonic()
     [row] = [r for r in rows if r[2] == "push: torque"]
     page.locator("#worst button").nth(int(row[0]) - 1).click()
-    after = np.abs(trace.torque[trace.time >= 1.2 - 1e-9])
+    after = np.abs(trace.torque[trace.time >= 0.6 - 1e-9])
     answer("what the push does", 1, began, " ".join(row[1:]), float(row[4].split()[0]),
            after.max(), 5.1e-4)  # fmt: skip
     [row] = [r for r in rows if r[2] == "push: use of limit"]
-    after = (np.abs(trace.torque) / line)[trace.time >= 1.2 - 1e-9]
+    after = (np.abs(trace.torque) / line)[trace.time >= 0.6 - 1e-9]
     answer("which share of the limit it takes", 0, began, " ".join(row[1:]),
            float(row[4].split()[0]), 100.0 * after.max(), 0.51)  # fmt: skip
 

@@ -39,15 +39,10 @@ GAITS = {
     "turning": Gait.ripple(stroke=0.05, turn_rate=0.1, heading=0.5),
     "no event at whole cycles": Gait.custom((0.1, 0.4, 0.7, 0.6, 0.9, 0.2), 0.71, stroke=0.06),
 }
-every_gait = pytest.mark.parametrize("gait", GAITS.values(), ids=GAITS.keys())
 
 
-@pytest.fixture(scope="module", params=["kharagpur", "athena"])
-def robot(request: pytest.FixtureRequest) -> Robot:
-    return load_robot(request.param)
-
-
-def test_positions_and_velocities_together_are_those_apart(robot: Robot) -> None:
+def test_positions_and_velocities_together_are_those_apart() -> None:
+    robot = load_robot("athena")
     path = FootPath(GAITS["turning"], leg_group(robot).neutral_feet, stop_at=16.8)
     time = np.linspace(0.0, 20.0, 777)
     p_BF, v_BF = path.positions_and_velocities(time)
@@ -82,16 +77,18 @@ def directly(robot: Robot, gait: Gait, end: float, stop_at: float | None) -> lis
         spacing *= 0.5
 
 
-@every_gait
-def test_plan_from_the_table_equals_one_without(robot: Robot, gait: Gait) -> None:
+@pytest.mark.parametrize(
+    ("name", "gait"), list(zip(("kharagpur", "athena") * 2, GAITS, strict=True))
+)
+def test_plan_from_the_table_equals_one_without(name: str, gait: str) -> None:
     """Until the first event that is not before the end, a cycle later at most."""
-    plans = []
+    robot, walk, plans = load_robot(name), GAITS[gait], []
     for cycles in (11.35, 6.6, 3.05, 3.0, 1.0, 0.4, 0.003):
-        duration = cycles * gait.cycle_time
-        plans.append(KinematicControl(gait).plan(robot, duration))
+        duration = cycles * walk.cycle_time
+        plans.append(KinematicControl(walk).plan(robot, duration))
         last = plans[-1].time[-1]
-        assert duration - 1e-6 * gait.cycle_time <= last < duration + gait.cycle_time
-    expected = directly(robot, gait, float(plans[0].time[-1]), None)
+        assert duration - 1e-6 * walk.cycle_time <= last < duration + walk.cycle_time
+    expected = directly(robot, walk, float(plans[0].time[-1]), None)
     for plan in plans:
         for found, wanted in zip((plan.time, plan.q, plan.v), expected, strict=True):
             assert len(found) <= len(wanted)
@@ -102,15 +99,15 @@ def test_plan_from_the_table_equals_one_without(robot: Robot, gait: Gait) -> Non
 @pytest.mark.parametrize(
     ("name", "gait", "stop", "cycles"),
     [
-        (("kharagpur", "athena")[(i + k) % 2], gait, stop, (0.5, 3.1, 11.0)[(i + k) % 3])
+        (("kharagpur", "athena")[k], gait, (3.25, 4.0, 9.3)[i % 3], (11.0, 3.1, 0.5)[(i + k) % 3])
         for i, gait in enumerate(GAITS)
-        for k, stop in enumerate((3.25, 4.0, 9.3))
+        for k in (0, 1)
     ],
 )
 def test_plan_that_stops_equals_one_without_table(
     name: str, gait: str, stop: float, cycles: float
 ) -> None:
-    """Every gait with every stop, and every stop with every duration."""
+    """Stops before and after the walk is steady, with durations on either side of them."""
     robot, walk = load_robot(name), GAITS[gait]
     duration, stop_at = cycles * walk.cycle_time, stop * walk.cycle_time
     plan = KinematicControl(walk, stop_at=stop_at).plan(robot, duration)
@@ -122,12 +119,13 @@ def test_plan_that_stops_equals_one_without_table(
         np.testing.assert_allclose(found, wanted, rtol=0.0, atol=2e-11)
 
 
-@every_gait
-@pytest.mark.parametrize("stop", [None, 5.3])
+@pytest.mark.parametrize("gait", GAITS.values(), ids=GAITS.keys())
+@pytest.mark.parametrize(("name", "stop"), [("kharagpur", None), ("athena", 5.3)])
 def test_knots_of_a_shorter_walk_are_the_first_of_a_longer_one(
-    robot: Robot, gait: Gait, stop: float | None
+    name: str, gait: Gait, stop: float | None
 ) -> None:
     """To the bit, so that a run that is cut and continued is the uncut one."""
+    robot = load_robot(name)
     control = KinematicControl(gait, stop_at=None if stop is None else stop * gait.cycle_time)
     longest = control.plan(robot, 9.2 * gait.cycle_time)
     for cycles in (0.01, 0.5, 1.0, 2.7, 3.0, 4.4, 5.0, 5.3, 7.77):
@@ -137,8 +135,8 @@ def test_knots_of_a_shorter_walk_are_the_first_of_a_longer_one(
             np.testing.assert_array_equal(getattr(plan, name), getattr(longest, name)[:count])
 
 
-def test_steady_cycles_are_the_same_to_the_bit(robot: Robot) -> None:
-    gait = GAITS["tetrapod"]
+def test_steady_cycles_are_the_same_to_the_bit() -> None:
+    robot, gait = load_robot("athena"), GAITS["tetrapod"]
     plan = KinematicControl(gait).plan(robot, 20.0 * gait.cycle_time)
     cycle = int(np.searchsorted(plan.time, 3.0 * gait.cycle_time - 1e-6))
     cycle -= int(np.searchsorted(plan.time, 2.0 * gait.cycle_time - 1e-6))
@@ -155,11 +153,11 @@ def test_legs_of_another_shape_walk_for_many_cycles(tmp_path: Path) -> None:
     np.testing.assert_allclose(plan.v, v, atol=1e-7)
 
 
-def test_half_an_hour_takes_little_more_memory_than_its_knots() -> None:
+def test_twenty_minutes_take_little_more_memory_than_its_knots() -> None:
     robot, control = load_robot("kharagpur"), KinematicControl(GAITS["tetrapod"])
     control.plan(robot, 10.0)
     peaks = []
-    for duration in (300.0, 1800.0):
+    for duration in (200.0, 1200.0):
         gc.collect()
         tracemalloc.start()
         plan = control.plan(robot, duration)
@@ -231,15 +229,6 @@ def test_robots_are_equal_to_caches_where_all_that_they_hold_is(tmp_path: Path) 
         assert key(first) != key(wider)
     assert leg_group(first) != leg_group(other) and robot_content(first) != robot_content(other)
     assert kept_loops(first) is kept_loops(second) is not kept_loops(other)
-
-
-def test_narrower_limits_are_another_robot() -> None:
-    """What was found for a robot does not serve one with other joint limits."""
-    robot, gait = load_robot("kharagpur"), Gait.tetrapod()
-    KinematicControl(gait).plan(robot, 1.0)
-    slow = dataclasses.replace(robot, velocity_limit=np.full(len(robot.joint_names), 0.1))
-    with refused(GaitError, quantity="cycle_time"):
-        KinematicControl(gait).plan(slow, 1.0)
 
 
 def test_plans_do_not_keep_a_robot_in_memory() -> None:
@@ -359,5 +348,5 @@ def test_a_walk_plan_is_that_of_the_controller_at_any_time(name: str) -> None:
     ]
     with refused(ParameterError, "time"):
         plan.at([1.0, 0.5])
-    with refused(GaitError, quantity="stroke"):
-        WalkPlan(robot, hp.Gait.tripod(stroke=0.9))
+    with refused(GaitError, quantity="cycle_time"):
+        WalkPlan(robot, hp.Gait.tripod(stroke=0.06, cycle_time=0.1))

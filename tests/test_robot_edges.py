@@ -106,7 +106,7 @@ def test_odd_sets_of_points_are_refused_or_flat_and_crash_nothing(tmp_path: Path
     """
     paths = [write_ply(tmp_path / f"{k}.ply", odd) for k, (odd, _) in enumerate(ODD_SETS.values())]
     trials = [(path, 1.0) for path in paths]
-    for seed in range(100, 120):  # half of these crashed
+    for seed in range(100, 112):  # half of these crashed
         rng = np.random.default_rng(seed)
         powers = rng.uniform(-323, 0, (int(rng.integers(4, 60)), 3))
         vertices = rng.standard_normal(powers.shape) * 10.0**powers
@@ -124,7 +124,7 @@ def test_no_vertices_and_no_triangles(tmp_path: Path) -> None:
             read_mesh(write_ply(tmp_path / f"{k}.ply", vertices, faces))
 
 
-@pytest.mark.parametrize("factor", [1e300, 1e9, -1e308, 1e-12, 1e-300, -1e-310])
+@pytest.mark.parametrize("factor", [1e9, -1e308, 1e-12, -1e-310])
 def test_a_scale_that_makes_a_mesh_absurd(tmp_path: Path, factor: float) -> None:
     """The reason names the size, the allowed ones and the scale as the remedy."""
     path = write_ply(tmp_path / "a.ply", CORNERS)
@@ -157,7 +157,6 @@ def test_many_points(tmp_path: Path) -> None:
 
 # places and sizes -------------------------------------------------------------------------------
 
-FAR = (1e12, -1e12, 1.7e308)
 GROUNDS = {
     "flat": hp.Flat(),
     "slope": hp.Slope(angle=0.2),
@@ -167,19 +166,18 @@ GROUNDS = {
 }
 
 
-@pytest.mark.parametrize("name", GROUNDS)
+@pytest.mark.parametrize("ground", GROUNDS.values(), ids=GROUNDS.keys())
 @pytest.mark.parametrize("function", ["clearance", "lift"])
-@pytest.mark.parametrize("value", FAR)
-def test_clearance_of_places_beyond_any_ground(name: str, function: str, value: float) -> None:
+def test_clearance_of_places_beyond_any_ground(ground: hp.Flat, function: str) -> None:
     """On stairs the result was 1e9 m for a place at 1e12 m, or the minimum of an empty sequence."""
-    measure = getattr(GROUNDS[name], function)
-    for axis in range(3):
+    measure = getattr(ground, function)
+    for axis, value in enumerate((1e12, -1e12, 1.7e308)):
         point = np.zeros((1, 3))
         point[0, axis] = value
         with refused(ParameterError, f"points[0, {axis}]", value, about=("1e+06 m",)):
             measure(point, 0.1)
-    with refused(ParameterError, "radii[1]", abs(value)):
-        measure([[0, 0, 0], [0, 0, 1]], [0.1, abs(value)])
+        with refused(ParameterError, "radii[1]", abs(value)):
+            measure([[0, 0, 0], [0, 0, 1]], [0.1, abs(value)])
 
 
 def test_clearance_as_far_as_a_ground_reaches() -> None:
@@ -212,8 +210,10 @@ def plain_distance(plain: hp.Robot) -> float:
     return leg_clearance(plain, WALK).distance
 
 
-@pytest.mark.parametrize("shape", SHAPES)
-@pytest.mark.parametrize("value", ["1e9", "1e12", "1e155", "1e300"])
+@pytest.mark.parametrize(
+    ("shape", "value"),
+    [("box", "1e9"), ("cylinder", "1e12"), ("sphere", "1e155"), ("sphere", "1e300")],
+)
 def test_shapes_of_absurd_size_are_dropped(
     tmp_path: Path, plain: hp.Robot, plain_distance: float, shape: str, value: str
 ) -> None:
@@ -314,14 +314,10 @@ def test_work_grows_with_the_number_of_links(tmp_path: Path, kind: str) -> None:
     assert work[2] - work[1] < 2.02 * (work[1] - work[0]), work
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("kind", "number"),
-    [("fixed in a row on a leg", MAX_LINKS - 25), ("moved in a row", 400), ("of one name", 400)],
-)
-def test_as_many_links_as_are_read(tmp_path: Path, kind: str, number: int) -> None:
-    """Nothing recurses per link: with less depth than there are links."""
-    path, depth = tmp_path / "a.urdf", sys.getrecursionlimit()
+@pytest.mark.parametrize("kind", ["fixed in a row on a leg", "moved in a row", "of one name"])
+def test_no_work_recurses_per_link(tmp_path: Path, kind: str) -> None:
+    """With less depth than there are links."""
+    path, depth, number = tmp_path / "a.urdf", sys.getrecursionlimit(), 250
     path.write_text(long_file(kind, 10))
     load_check_repair(path)  # imports need more depth
     path.write_text(long_file(kind, number))
@@ -332,8 +328,10 @@ def test_as_many_links_as_are_read(tmp_path: Path, kind: str, number: int) -> No
         sys.setrecursionlimit(depth)
 
 
-def test_more_links_than_are_read(tmp_path: Path) -> None:
+def test_as_many_links_as_are_read_and_more(tmp_path: Path) -> None:
     path = tmp_path / "a.urdf"
+    path.write_text(long_file("fixed in a row on a leg", MAX_LINKS - 25))
+    assert len(hp.load_robot(path).legs) == 6
     path.write_text(long_file("fixed in a row on a leg", MAX_LINKS + 1))
     with refused(UrdfError, source=str(path), about=(f"{MAX_LINKS}",)):
         hp.load_robot(path)

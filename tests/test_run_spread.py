@@ -72,7 +72,7 @@ def test_bands_are_drawn_and_read_at_the_cursor(
     browser: Any, path: Path, traces: list[Trace]
 ) -> None:
     """Over the whole run, in numbers, in pixels and in the legend; a jump is that of one run."""
-    page = opened(browser, path, "#t=0.5&joint=lf_femur", size=(1440, 900))
+    page = opened(browser, path, "#t=0.5&joint=lf_femur")
     settled(page)
     opening = "playback.plots.forEach((plot) => { plot.box.open = plot.stale = true; })"
     page.evaluate(f"{opening}, playback.draw()")

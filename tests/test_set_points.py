@@ -43,8 +43,7 @@ class Scripted:
         return hp.feedback.Command(q, v if self.rated else None, ramp=True), state
 
 
-@pytest.mark.parametrize("delay", [0.0, 0.0033])
-@pytest.mark.parametrize("rated", [True, False])
+@pytest.mark.parametrize(("rated", "delay"), [(True, 0.0033), (False, 0.0), (False, 0.0033)])
 def test_commands_are_joined_by_cubics(rated, delay):
     """Against SciPy's cubics through the same angles and rates; unrated: the mean rates."""
     trace = hp.simulate(
@@ -114,8 +113,8 @@ NEAR_NOTHING = {"path_deviation": 1e-5, "heading_error": 1e-4}
 @pytest.mark.parametrize(
     ("name", "contact", "ground"),
     [
-        *((n, c, g) for n in PEAK for c in ("accurate", "s1") for g in ("flat", "bumps")),
-        ("athena", "s1", "dry joints"), ("kharagpur", "s1", "dry joints"),
+        ("kharagpur", "accurate", "flat"), ("athena", "accurate", "bumps"),
+        ("athena", "s1", "flat"), ("kharagpur", "s1", "bumps"), ("athena", "s1", "dry joints"),
     ],
 )  # fmt: skip
 def test_without_parts_foot_control_is_kinematic_control(name, contact, ground):

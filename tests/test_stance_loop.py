@@ -46,6 +46,11 @@ def scene(request: pytest.FixtureRequest) -> hp.Scene:
     return hp.Scene(hp.load_robot(request.param))
 
 
+@pytest.fixture(scope="module")
+def kharagpur() -> hp.Scene:
+    return hp.Scene(hp.load_robot("kharagpur"))
+
+
 def test_static_forces_carry_the_weight(scene: hp.Scene) -> None:
     """Balance of force and moments, and of every joint, by Pinocchio's Newton-Euler."""
     model, stance = scene.robot.model, StanceModel.of(scene)
@@ -85,9 +90,9 @@ def _moved(scene: hp.Scene, a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.asarray(pin.difference(scene.robot.model, a, b))
 
 
-def test_a_tick_of_the_suspension_is_that_of_its_equation() -> None:
+def test_a_tick_of_the_suspension_is_that_of_its_equation(kharagpur: hp.Scene) -> None:
     """Implicit Euler of m z'' + c z' + k z = f, found in the differenced law's eigenvalues."""
-    scene = hp.Scene(hp.load_robot("kharagpur"))
+    scene = kharagpur
     part, h = VirtualSuspension(), 0.005
     control = FootControl(STAND, suspension=part)
     law = linear_law(control, scene, StanceModel.of(scene))
@@ -113,7 +118,7 @@ def test_internal_forces_alone_are_corrected(scene: hp.Scene) -> None:
     assert np.abs(force.sum(axis=1)[:, :2]).max() < 1e-6 * scale
 
 
-def test_delays_of_part_of_a_tick_lie_between(scene: hp.Scene) -> None:
+def test_delays_of_part_of_a_tick_lie_between(kharagpur: hp.Scene) -> None:
     """The radius is a continuous function of the delay, also across whole ticks.
 
     Forces follow the jumps of the set-points' rates within 10 us (feet put down gently).
@@ -121,20 +126,20 @@ def test_delays_of_part_of_a_tick_lie_between(scene: hp.Scene) -> None:
 
     def radius(delay: float) -> float:
         part = VirtualSuspension(frequency=6.0)
-        return spectral_radius(FootControl(STAND, suspension=part, delay=delay), scene)
+        return spectral_radius(FootControl(STAND, suspension=part, delay=delay), kharagpur)
 
-    delay = 0.005 if scene.robot.name == "athena" else 0.01
-    there = pytest.approx(radius(delay), abs=1e-3)
-    assert (radius(delay - 1e-9), radius(delay + 1e-9)) == (there, there)
+    there = pytest.approx(radius(0.01), abs=1e-3)
+    assert (radius(0.01 - 1e-9), radius(0.01 + 1e-9)) == (there, there)
 
 
-def test_sensor_and_command_delay_are_one(scene: hp.Scene) -> None:
+def test_sensor_and_command_delay_are_one(kharagpur: hp.Scene) -> None:
     part = VirtualSuspension()
     late = FootControl(STAND, suspension=part, delay=0.007)
     split = FootControl(
         STAND, suspension=part, delay=0.003, sensors=hp.sensors.Sensors(delay=0.004)
     )
-    assert spectral_radius(split, scene) == pytest.approx(spectral_radius(late, scene), rel=1e-9)
+    radius = spectral_radius(late, kharagpur)
+    assert spectral_radius(split, kharagpur) == pytest.approx(radius, rel=1e-9)
 
 
 @pytest.mark.parametrize("preset", ["accurate", "s1", "s2"])
@@ -209,16 +214,15 @@ def test_two_slow_drifts_are_not_shaking() -> None:
     assert np.isfinite(run.q).all()
 
 
-@pytest.mark.parametrize("name", ["kharagpur", "athena"])
-def test_rolling_feet_do_not_turn_the_trunk(name: str) -> None:
+def test_rolling_feet_do_not_turn_the_trunk(scene: hp.Scene) -> None:
     """What rolls is not taken for slip: it would turn a standing robot about the vertical."""
-    scene = hp.Scene(hp.load_robot(name))
     walk = FootControl(hp.Gait.tripod(), slip=SlipPid(signal="slip"))
     assert spectral_radius(walk, scene) < 1.0
     refuse_unstable(walk, scene)
 
 
-def test_ends_of_a_range_are_borders(scene: hp.Scene) -> None:
+def test_ends_of_a_range_are_borders(kharagpur: hp.Scene) -> None:
+    scene = kharagpur
     control = FootControl(STAND, suspension=VirtualSuspension(), delay=0.01)
     low, high = stable_range(control, scene, "suspension.frequency")
     assert low == 0.0
@@ -244,6 +248,6 @@ def test_unstable_gains_are_refused_with_their_range() -> None:
     assert second.value is first.value  # kept
 
 
-def test_feet_that_cannot_carry_the_robot_are_refused(scene: hp.Scene) -> None:
+def test_feet_that_cannot_carry_the_robot_are_refused(kharagpur: hp.Scene) -> None:
     with refused(ParameterError, "StanceModel.feet", 3):
-        StanceModel.of(scene, ["lf_foot", "lm_foot", "lr_foot"])
+        StanceModel.of(kharagpur, ["lf_foot", "lm_foot", "lr_foot"])

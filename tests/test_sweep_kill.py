@@ -35,12 +35,6 @@ PATIENCE = 60.0
 """Longest wait for a process [s]."""
 
 
-@pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory) -> SweepResult:
-    """The undisturbed sweep."""
-    return run_sweep(STUDY, tmp_path_factory.mktemp("whole") / "a.db", threads=2)
-
-
 def _finished(path: Path) -> int:
     """Return how many cases a store holds, which may not be there yet."""
     with contextlib.suppress(SweepStoreError):
@@ -65,7 +59,7 @@ def _children(pid: int) -> list[int]:
     return sorted(set(found))
 
 
-def test_workers_that_are_killed_lose_nothing(whole: SweepResult, tmp_path: Path) -> None:
+def test_workers_that_are_killed_lose_nothing(tmp_path: Path) -> None:
     """After the first and the fourth answer, with a task under way."""
     workers = WorkerProcesses(1)
     answers = 0
@@ -87,36 +81,37 @@ def test_workers_that_are_killed_lose_nothing(whole: SweepResult, tmp_path: Path
         assert cases.deaths == 2
     found = hp.study.open_sweep(tmp_path / "a.db")
     assert found.failed == []
-    require_same_bits(found.dataset, whole.dataset)
+    require_same_bits(found.dataset, run_sweep(STUDY, tmp_path / "b.db", threads=2).dataset)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
-@pytest.mark.parametrize("how", [["--threads", "1"], ["--processes", "1", "--chunk", "1"]])
-def test_a_sweep_that_is_killed_goes_on(whole: SweepResult, tmp_path: Path, how: list[str]) -> None:
-    """After it has begun, and after it has gone on; no worker outlives its parent, no lock does."""
+def test_a_sweep_that_is_killed_goes_on(tmp_path: Path) -> None:
+    """No worker outlives its parent, no lock does.
+
+    On threads, and killed twice: `swept` in tests/test_runner.py.
+    """
     study, path = write_study_file(tmp_path, 4), tmp_path / "a.db"
     command = [sys.executable, "-m", "hexapod_pin", "sweep", str(study), "--store", str(path)]
-    kept = 0
-    for _ in range(2 if how[0] == "--threads" else 1):
-        sweep = subprocess.Popen(
-            [*command, *how, "--resume"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-        )
-        end = time.monotonic() + PATIENCE
-        while _finished(path) <= kept and sweep.poll() is None and time.monotonic() < end:
-            time.sleep(0.01)
-        workers = _children(sweep.pid) if sweep.poll() is None else []
-        sweep.kill()
-        sweep.wait()
-        assert _finished(path) > kept  # nothing that was seen is lost
-        kept = _finished(path)
-        while any(map(_alive, workers)) and time.monotonic() < end:
-            time.sleep(0.01)
-        assert not any(map(_alive, workers))
+    sweep = subprocess.Popen(
+        [*command, "--processes", "1", "--chunk", "1", "--resume"],
+        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    )  # fmt: skip
+    end = time.monotonic() + PATIENCE
+    while not _finished(path) and sweep.poll() is None and time.monotonic() < end:
+        time.sleep(0.01)
+    workers = _children(sweep.pid)
+    sweep.kill()
+    sweep.wait()
+    kept = _finished(path)
+    assert workers and 0 < kept < 12  # nothing that was seen is lost
+    while any(map(_alive, workers)) and time.monotonic() < end:
+        time.sleep(0.01)
+    assert not any(map(_alive, workers))
     seen: list[float] = []
     found = run_sweep(STUDY, path, resume=True, progress=seen.append)
     assert len(seen) == 13 - kept
-    require_same_bits(found.dataset, whole.dataset)
     assert sorted(one.name for one in tmp_path.iterdir()) == ["a.db", "study.toml"]
+    require_same_bits(found.dataset, run_sweep(STUDY, tmp_path / "b.db", threads=2).dataset)
 
 
 # A sweep on a real Dask scheduler with two worker processes on the loopback.

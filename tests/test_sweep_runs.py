@@ -45,15 +45,13 @@ def test_threads_change_no_bit(whole: SweepResult, tmp_path: Path) -> None:
     require_same_bits(found.dataset, whole.dataset)
 
 
-def test_worker_processes_change_no_bit(whole: SweepResult, tmp_path: Path) -> None:
-    found = run_sweep(STUDY, tmp_path / "a.db", processes=2, chunk=3)
-    require_same_bits(found.dataset, whole.dataset)
-
-
-def test_any_executor_changes_no_bit(whole: SweepResult, tmp_path: Path) -> None:
+def test_worker_processes_and_any_executor_change_no_bit(
+    whole: SweepResult, tmp_path: Path
+) -> None:
     with ThreadPoolExecutor(2) as pool:
-        found = run_sweep(STUDY, tmp_path / "a.db", executor=pool, chunk=4)
-    require_same_bits(found.dataset, whole.dataset)
+        for k, how in enumerate(({"processes": 2, "chunk": 3}, {"executor": pool, "chunk": 4})):
+            found = run_sweep(STUDY, tmp_path / f"{k}.db", **how)
+            require_same_bits(found.dataset, whole.dataset)
 
 
 class Breaking(ThreadPoolExecutor):
@@ -186,15 +184,6 @@ def test_workers_refuse_what_would_give_other_bits() -> None:
     assert b"digest" in run_task(*task._replace(digest="x"))
     assert run_task(*task._replace(text="no = toml = ")).startswith(b"!ParameterError")
     assert not run_task(*task).startswith(b"!")
-
-
-def test_a_worker_that_refuses_ends_the_sweep(tmp_path: Path, monkeypatch: Any) -> None:
-    monkeypatch.setattr(
-        "hexapod_pin.study.runs.workers.run_task", lambda *task: b"!it has pin 3, the sweep 4"
-    )
-    with refused(WorkersError, kept=0, about=("pin 3",)):
-        run_sweep(STUDY, tmp_path / "a.db", executor=ThreadPoolExecutor(1))
-    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize(

@@ -35,10 +35,18 @@ from tests.sweep_studies import require_same_bits, small_study, study_text
 STUDY = small_study(1)
 
 
+@pytest.fixture(scope="module")
+def content(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    """A store with all three cases, as it is on the disk."""
+    return run_sweep(STUDY, tmp_path_factory.mktemp("done") / "a.db", threads=1).path.read_bytes()
+
+
 @pytest.fixture
-def done(tmp_path: Path) -> Path:
+def done(tmp_path: Path, content: bytes) -> Path:
     """A store with all three cases."""
-    return run_sweep(STUDY, tmp_path / "a.db", threads=1).path
+    path = tmp_path / "a.db"
+    path.write_bytes(content)
+    return path
 
 
 def _edit(path: Path, *statements: str) -> None:
@@ -49,9 +57,9 @@ def _edit(path: Path, *statements: str) -> None:
     connection.close()
 
 
-def test_numbers_of_a_case_are_those_of_its_summary(done: Path) -> None:
+def test_numbers_of_a_case_are_those_of_its_summary(tmp_path: Path) -> None:
     """Every array of the summary, to the bit, and what is found from it."""
-    dataset = hp.study.open_sweep(done).dataset
+    dataset = run_sweep(STUDY, tmp_path / "a.db", threads=1).dataset
     for index in range(3):
         case = STUDY.case(index)
         summary = hp.simulate_batch([case], keep="summary")[0]
