@@ -271,6 +271,8 @@ class Servo(Spec):
         Raises:
             ParameterError: a key names no joint.
         """
+        if self.motor is None:
+            return (None,) * len(robot.joint_names)
         if not isinstance(self.motor, Mapping):
             turning = robot.turning & _driven(robot)
             return tuple(self.motor if turns else None for turns in turning)

@@ -379,5 +379,5 @@ def differences(
         value, other = numbers.get(name), others.get(name)
         if not one.error or value is None or other is None or np.shape(value) != np.shape(other):
             continue
-        found[name] = error_fraction * np.abs(np.abs(np.asarray(value)) - np.abs(np.asarray(other)))
+        found[name] = error_fraction * abs(abs(value) - abs(other))
     return found

@@ -84,13 +84,17 @@ class CaseData(Immutable):
             duration, self._method, *self._accuracies, self.sample, self._estimated, self.limits
         )
 
-    @property
+    @cached_property
+    def _feedback(self) -> bool:
+        return isinstance(self.controller, FeedbackController)
+
+    @cached_property
     def _carries_error(self) -> bool:
         """Whether a run of the usual method knows its error.
 
         Not under set-points that jump often: such a run begins a new history at each of them.
         """
-        jumps = isinstance(self.controller, FeedbackController | SampledTrajectory)
+        jumps = self._feedback or isinstance(self.controller, SampledTrajectory)
         return not jumps and self.scene.carries_errors
 
     @property
@@ -112,7 +116,7 @@ class CaseData(Immutable):
     def _estimated(self) -> bool:
         """Whether the error of the whole run is estimated."""
         if self.estimate is None:
-            return not isinstance(self.controller, FeedbackController)
+            return not self._feedback
         return self.estimate
 
     @property
@@ -130,11 +134,8 @@ class CaseData(Immutable):
         if self.duration is None:
             raise ParameterError("Case.duration", None, "given [s]")
         settings = self._settings(self.duration)
-        feedback = isinstance(self.controller, FeedbackController)
-        return replace(
-            settings,
-            method_settings=settings.method_settings.for_scene(self.scene, feedback=feedback),
-        )
+        method = settings.method_settings.for_scene(self.scene, feedback=self._feedback)
+        return replace(settings, method_settings=method)
 
     def with_defaults(
         self: Kind,

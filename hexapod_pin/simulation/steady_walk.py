@@ -141,7 +141,7 @@ def steady_runs(case: CaseData, *, record: bool = True) -> Runs[AccuracyControl 
             return None
         now = Change.of(control.run), control.numbers
         if last is not None:
-            left = Transients.of(count, (last[0], now[0]), (last[1], now[1]))
+            left = Transients.of(count, (last[0], now[0]), (last[1], now[1]) if settled else None)
             share = left.share(measured.method_settings, _largest_torque(now[1]))
             if settled:
                 control.transients = left

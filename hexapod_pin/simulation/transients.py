@@ -122,13 +122,18 @@ class Transients:
 
     @classmethod
     def of(
-        cls, cycles: int, changes: tuple[Change, Change], numbers: tuple[Mapping[str, Any], ...]
+        cls,
+        cycles: int,
+        changes: tuple[Change, Change],
+        numbers: tuple[Mapping[str, Any], ...] | None,
     ) -> Transients:
-        """Return what is left in the second of two consecutive cycles."""
+        """Return what is left in the second of two cycles, and in their numbers if given."""
         ratio = changes[1].contraction(changes[0])
-        missed = differences(Summary, numbers[1], numbers[0], ratio / (1.0 - ratio))
-        # Of one joint or foot two cycles may agree by chance: the largest counts for all.
-        most = {name: np.full_like(one, np.max(one, initial=0.0)) for name, one in missed.items()}
+        most = {}
+        if numbers is not None:
+            missed = differences(Summary, numbers[1], numbers[0], ratio / (1.0 - ratio))
+            # Of one joint or foot two cycles may agree by chance: the largest counts for all.
+            most = {name: np.full_like(x, np.max(x, initial=0.0)) for name, x in missed.items()}
         return cls(cycles, changes[1].scaled(1.0 / (1.0 - ratio)), most)
 
     def share(self, method: MethodSettings, largest_torque: float) -> float:
