@@ -69,6 +69,7 @@ class ChartFlow {
   double joint_angle(const VectorXd& y, int joint) const { return q0_[7 + joint] + y[6 + joint]; }
 
   // of the state last evaluated
+  const VectorXd& coordinates() const { return xi_; }  // in the chart
   const VectorXd& position() const { return q_; }
   const VectorXd& velocity() const { return v_; }
   auto joints() const { return q_.tail(q_.size() - 7); }

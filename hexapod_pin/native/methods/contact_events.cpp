@@ -56,7 +56,7 @@ template <class PlantT>
 double ContactEvents<PlantT>::share(double t, const VectorXd& y, double h) {
   if (idle_) return 1.0;
   look(end_);
-  if (!is_evaluated(y) && near_switch()) {
+  if (!is_evaluated(y) && near_switch(y)) {
     flow_.evaluate(t, y);
     look(end_);
   }
@@ -74,9 +74,10 @@ void ContactEvents<PlantT>::move_on() {
 }
 
 template <class PlantT>
-inline bool ContactEvents<PlantT>::near_switch() const {
+inline bool ContactEvents<PlantT>::near_switch(const VectorXd& y) const {
   const FrictionLaw& law = flow_.plant.law.friction;
-  const double place = kIterateErrors * norm_.tolerance, speed = place / norm_.floor;
+  const double place = kReach * (flow_.xi(y) - flow_.coordinates()).cwiseAbs().maxCoeff();
+  const double speed = kReach * (flow_.v(y) - flow_.velocity()).cwiseAbs().maxCoeff();
   const double force = place * law.bristle_stiffness + speed * law.bristle_gain(0.0);
   for (std::size_t i = 0; i < end_.size(); ++i) {
     if (!start_[i].active && !end_[i].active) continue;

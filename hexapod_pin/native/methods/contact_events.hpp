@@ -37,7 +37,7 @@ class ContactEvents {
 
   // Share of the step h, which ended at y, at which it should end for the first switch to be just behind
   // it; 1 where the step may end here. The plant is evaluated at y, or, where nothing is near a switch,
-  // within a few tolerances of it: at a Newton iterate.
+  // close to it: at a Newton iterate.
   double share(double t, const VectorXd& y, double h);
 
   // The next step begins where this one ended, in the same pieces.
@@ -48,7 +48,9 @@ class ContactEvents {
   // Shares of the velocity tolerance that the wrong piece behind a switch may cost.
   static constexpr double kOvershootShare = 1e-3;
   static constexpr double kReleaseShare = 1e-2;  // where a force passes through zero
-  static constexpr double kIterateErrors = 30.0;  // tolerances
+  // A foot's way per largest change of a coordinate, m/m and m/rad: six coordinates of the trunk and those of
+  // a leg, of levers below 1.7 m.
+  static constexpr double kReach = 10.0;
   // A face is taken for another where its normal has turned by more, and by more than a sphere turns it that
   // rolls over a corner.
   static constexpr double kSharpTurn = 0.05, kTimesRolling = 3.0;  // rad, -
@@ -73,8 +75,8 @@ class ContactEvents {
   };
   enum Kind { kBristle, kPatch, kRelease, kFace };
 
-  // Whether some contact may be in another piece within the errors of an iterate.
-  bool near_switch() const;
+  // Whether some contact may be in another piece at y than where the plant is evaluated.
+  bool near_switch(const VectorXd& y) const;
 
   bool near_release(const Look& at, const typename PlantT::Contact& foot, double place, double speed) const;
 
