@@ -87,6 +87,13 @@ def test_ground(name: str) -> None:
     assert (run.count("pushes") > 0) == (name in ("shaken", "shaken slope"))
 
 
+def test_a_foot_that_comes_back_over_the_edge_of_a_patch() -> None:
+    """Its bristle draws it back; it counts as back 0.01 mm behind the edge."""
+    run = agrees(ground_scenes("stick-slip")["patched"])
+    crossed = [(one.before, one.after) for one in run.switches if one.what == "patch"]
+    assert crossed[-1] == crossed[-2][::-1]
+
+
 @pytest.mark.parametrize(
     ("name", "what"),
     [

@@ -82,7 +82,7 @@ class LawRow:
 def measure(scene: LawScene, tolerance: float) -> LawRow:
     """Return the row of a scene; SciPy's uncertainty is what ten times the tolerance changes."""
     run, check = scene.by_scipy(tolerance), scene.by_scipy(10.0 * tolerance)
-    counts = Counter(one.what for one in run.switches if one.what != "touch_speed")
+    counts = Counter(one.what for one in run.switches if one.what not in ("touch_speed", "left"))
     distances = tuple(
         Distance(method, accuracy, _error(scene, run.q, method=method, accuracy=accuracy))
         for method, accuracy in ASKED

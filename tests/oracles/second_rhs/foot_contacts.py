@@ -23,6 +23,12 @@ NONE = np.zeros(3)
 NEVER = 1e300
 """A switching function that does not switch."""
 
+UNKNOWN = -2
+"""The patch that a foot has come from where it has crossed no edge."""
+
+EDGE_WIDTH = 1e-5
+"""How far behind the edge of a patch a foot that has crossed it counts as back [m] (*assumed*)."""
+
 SWITCHES = 5
 """Switching functions of a contact: touching, pushing, normal piece, friction, patch."""
 
@@ -38,6 +44,7 @@ class ContactMode:
         piece: of the friction law between its breaks.
         sliding: whether a bristle slides at the dynamic coefficient.
         patch: number of the patch, -1 for none.
+        left: number of the patch that it has come from since it touches, else `UNKNOWN`.
         touch_speed: approach speed at first touch [m/s].
     """
 
@@ -47,6 +54,7 @@ class ContactMode:
     piece: int = 0
     sliding: bool = False
     patch: int = -1
+    left: int = UNKNOWN
     touch_speed: float = 0.0
 
 
@@ -151,13 +159,17 @@ class FootContacts:
             return [at.gap, NEVER, NEVER, NEVER, NEVER]
         full = self.normal.full_depth
         depth = NEVER if full is None else (-at.gap - full if mode.deep else full + at.gap)
-        patch = NEVER
-        if at.insides:
-            own = at.insides[mode.patch] if mode.patch >= 0 else NEVER
-            before = at.insides[: mode.patch] if mode.patch >= 0 else at.insides
-            patch = min([own, *(-inside for inside in before)])
         push = at.push if mode.pushes else -at.push
-        return [-at.gap, push, depth, self._friction_switch(mode, at), patch]
+        return [-at.gap, push, depth, self._friction_switch(mode, at), self._edge(mode, at)]
+
+    def _edge(self, mode: ContactMode, at: ContactState) -> float:
+        """Return how far it is to the nearest edge that ends the patch of a mode [m]."""
+        here, count = mode.patch, len(at.insides)
+        ways = {k: -at.insides[k] for k in range(count if here < 0 else here)}
+        if here >= 0:
+            later = (k for k in range(here + 1, count) if at.insides[k] >= 0.0)
+            ways[next(later, -1)] = at.insides[here]
+        return min((way + EDGE_WIDTH * (k == mode.left) for k, way in ways.items()), default=NEVER)
 
     def _friction_switch(self, mode: ContactMode, at: ContactState) -> float:
         if not mode.pushes:
@@ -199,7 +211,12 @@ class FootContacts:
             mode = replace(mode, sliding=not mode.sliding)
         elif ends[3]:
             mode = replace(mode, piece=self._piece(behind))
-        return replace(mode, patch=self._patch(behind)) if ends[4] else mode
+        if not ends[4]:
+            return mode
+        found = self._patch(behind)
+        if found == mode.left and self._edge(mode, behind) >= 0.0:
+            return mode
+        return replace(mode, patch=found, left=mode.patch)
 
     def _piece(self, at: ContactState) -> int:
         breaks = () if self.share is None else self.share.breaks
