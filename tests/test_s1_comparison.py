@@ -88,7 +88,7 @@ def test_other_variants_have_rules_of_their_own() -> None:
 def test_medians_are_judged_where_one_was_asked_for() -> None:
     some = [changed(slip_distance=value) for value in (-0.1, -0.15, -0.5)]
     [row] = median_table(some).texts()
-    assert row[-1] == "FAIL: slip path at most -20" and row[5] == "-15 (-50, -10)"
+    assert row[-1] == "FAIL: slip path -15.0, at most -20" and row[5] == "-15 (-50, -10)"
     [row] = median_table([changed(slip_distance=-0.21)]).texts()
     assert row[-1] == "pass"
     [row] = median_table([changed(PID)]).texts()

@@ -222,8 +222,9 @@ def median_table(changes: list[CellChange], title: str = MEDIANS_OF_CELLS) -> Ta
             values = _known(group, metric)
             words.append(_range(values))
             limit = limits.get(metric)
-            if limit is not None and not (len(values) and np.median(values) <= limit):
-                missed.append(f"{name} at most {100.0 * limit:+.0f}")
+            median = np.median(values) if len(values) else np.inf
+            if limit is not None and not median <= limit:
+                missed.append(f"{name} {100.0 * median:+.1f}, at most {100.0 * limit:+.0f}")
         word = "-" if not limits else f"FAIL: {', '.join(missed)}" if missed else "pass"
         rows.append([
             posture, terrain, f"{1e3 * tick:g}", variant, f"{walked}/{count}", *words, word,
