@@ -105,6 +105,27 @@ def test_a_sliding_mass_sticks_again_where_its_slip_ends(method: str, dynamic: f
 
 
 @pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("accuracy", [1e-4, 1e-6, 1e-8])
+def test_a_mass_that_slides_to_rest_does_not_slide_back(method: str, accuracy: float) -> None:
+    """Under mu tanh(k v) it comes v^2/(2 mu g) + pi^2/(12 k^2 mu g) far, here in one sample.
+
+    All that three linear steps saw of a step across the rest was the same friction: the mass went
+    on at -0.03 m/s, 9.2e-5 m off at any accuracy, and 1e-16 m was stated.
+    """
+    k, v0, end = 1000.0, 1.0, 0.21
+    friction = hp.contact.TanhCoulomb(mu=MU, slope=k)
+    case = in_tilted_gravity(0.0, (v0, 0.0), friction=friction)
+    trace = hp.simulate(
+        case.scene, hp.HoldPosture(), initial=case.initial, duration=end, sample=end, method=method,
+        accuracy=accuracy,
+    )  # fmt: skip
+    way = (v0**2 / 2.0 + math.pi**2 / (12.0 * k**2)) / (MU * G)
+    assert trace.error is not None and trace.accuracy_kept
+    assert abs(trace.q[-1, 0] - way) <= trace.error.position[-1] + 1e-12 <= accuracy + 1e-12
+    assert abs(trace.v[-1, 0]) < accuracy
+
+
+@pytest.mark.parametrize("method", METHODS)
 def test_a_block_crosses_the_edge_of_a_patch(method: str) -> None:
     """Decelerates by 0.5 g until x = 0.1 m and by 0.15 g from there."""
     v0, edge, end, accuracy = 1.5, 0.1, 0.3, 1e-8

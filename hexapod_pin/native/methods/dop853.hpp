@@ -18,6 +18,7 @@ class DormandPrince853 {
   static constexpr double kHardVelocityWeight = 0.1;  // s, where a joint is at its torque limit or slides
   static constexpr bool kWeightFollowsFriction = false;
   static constexpr bool kDense = false;  // samples end its steps
+  static constexpr bool kSeesEnd = true;
   static constexpr int kMemorySize = 0;
 
   static double tolerance_share(double) { return 0.3; }  // of the accuracy, for one step

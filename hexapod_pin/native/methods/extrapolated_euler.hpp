@@ -25,6 +25,7 @@ class ExtrapolatedEuler {
   static constexpr double kHardVelocityWeight = 0.1;  // s, where a joint is at its torque limit or slides
   static constexpr bool kWeightFollowsFriction = true;
   static constexpr bool kDense = true;  // states within a step are known
+  static constexpr bool kSeesEnd = false;  // the last state looked at is at two thirds of a step
 
   // Share of the accuracy that one step may lose. Errors accumulate to about twice the largest of them;
   // from 1e-4 m on the velocity weight of the friction law, not the accuracy, sets most steps.

@@ -106,6 +106,7 @@ class OneStepDriver {
     if (!stands()) longest = std::min(longest, resolution_.longest_step(rest));
     const double h = fit_step(std::min(control_.step(), longest), rest);
     drives_.weigh(flow_.plant, Method::kLeastVelocityWeight, Method::kHardVelocityWeight, norm_);
+    if constexpr (!Method::kSeesEnd) remember_slips();
     if (PlantT::kPrescribed && t < watched_until_) start_torque_ = flow_.reaction_torque(t);
     method_.begin(flow_, t, y0_);
     const double done = step_from(t, h);
@@ -163,7 +164,8 @@ class OneStepDriver {
   static constexpr double kTorqueAim = 0.6;        // of that share, in the next try or step
   static constexpr double kLeastTorqueStep = 1e-5;  // s
   static constexpr double kLeastEventStep = 1e-11;  // s, and of the time
-  static constexpr double kSlideSpeed = 3.0;  // of the friction law's speed scale
+  static constexpr double kSlideSpeed = 3.0;    // of the friction law's speed scale
+  static constexpr double kNearlyAtRest = 9.0;  // likewise
   static constexpr double kLeastShare = 1e-3;  // of a step: where the ground has a jump, the gap has no root
 
   // What one step may lose, by the method and by what this scene needs, m and rad.
@@ -188,8 +190,36 @@ class OneStepDriver {
     return law.steepness() * in_plane(foot.ground.normal, foot.velocity).norm() > kSlideSpeed;
   }
 
-  // Accepts a step of h, shorter where its error, a touch-down, a switch of a drive or the change of a
-  // torque requires it, and leaves the plant evaluated at its end; returns its length, or -1. `size` is
+  // How feet slide where a step begins, by a law of friction that is smooth.
+  void remember_slips() {
+    const auto& feet = flow_.plant.feet;
+    slips_.assign(feet.size(), Vec3::Zero());
+    if (!(flow_.plant.law.friction.steepness() > 0.0)) return;
+    for (std::size_t i = 0; i < feet.size(); ++i)
+      if (feet[i].active && slides(feet[i])) slips_[i] = in_plane(feet[i].ground.normal, feet[i].velocity);
+  }
+
+  // Share of the step whose end has been evaluated, at which the first foot nearly rests of those that slide one
+  // way at its start and the other way at its end; 1 if none does. A method that has not looked at the end may
+  // have seen the same friction all the way, and no error; from nearly at rest it sees how the friction changes.
+  double share_until_rest() const {
+    double share = 1.0;
+    const double slow = kNearlyAtRest / flow_.plant.law.friction.steepness();
+    if constexpr (!Method::kSeesEnd) {
+      for (std::size_t i = 0; i < slips_.size(); ++i) {
+        const auto& foot = flow_.plant.feet[i];
+        const double before = slips_[i].norm();
+        if (before == 0.0 || !foot.active || !slides(foot)) continue;
+        const double after = slips_[i].dot(foot.velocity) / before;
+        const double left = std::min(slow, 0.5 * before);
+        if (after < 0.0) share = std::min(share, (before - left) / (before - after));
+      }
+    }
+    return share;
+  }
+
+  // Accepts a step of h, shorter where its error, a touch-down, a switch of a drive, a foot that turns back
+  // or the change of a torque requires it, and leaves the plant evaluated at its end; returns its length, or -1. `size` is
   // the error over the tolerance: a step is rejected above 1, or where the error is not a number.
   double step_from(double t, double h) {
     const bool cut = h < control_.step();  // by the grid: it must not shrink the remembered step
@@ -205,7 +235,7 @@ class OneStepDriver {
       } else {
         flow_.evaluate(t + h, y1_);
         const double touch = located < kMaxEventTries && h > least ? touch_.share(flow_.plant, h) : 1.0;
-        double drive = drives_.share(t + h, y1_, h);
+        double drive = std::min(drives_.share(t + h, y1_, h), share_until_rest());
         if (switched == kMaxSwitchTries || h < least) drive = 1.0;
         const double change =
             t < watched_until_ ? torque_change(t + h) / kMostTorqueChange : 0.0;
@@ -263,6 +293,7 @@ class OneStepDriver {
   bool sampled_ = false;    // the plant is evaluated at a sample within it, its end is saved
   VectorXd sample_, booked_works_;  // the last sample within it
   VectorXd start_torque_;  // of a prescribed motion, N m
+  std::vector<Vec3> slips_;  // of feet where the step begins, 0 of those that do not slide, m/s
   long steps_ = 0, rejected_ = 0, events_ = 0, refined_ = 0;
   double largest_turn_ = 0.0, error_most_ = 0.0, error_sum_ = 0.0;
 };
