@@ -213,10 +213,10 @@ class FootContacts:
             mode = replace(mode, piece=self._piece(behind))
         if not ends[4]:
             return mode
-        found = self._patch(behind)
-        if found == mode.left and self._edge(mode, behind) >= 0.0:
+        patch = self._patch(behind)
+        if patch == mode.left and self._edge(mode, behind) >= 0.0:
             return mode
-        return replace(mode, patch=found, left=mode.patch)
+        return replace(mode, patch=patch, left=mode.patch)
 
     def _piece(self, at: ContactState) -> int:
         breaks = () if self.share is None else self.share.breaks
