@@ -231,6 +231,15 @@ def test_robots_are_equal_to_caches_where_all_that_they_hold_is(tmp_path: Path) 
     assert kept_loops(first) is kept_loops(second) is not kept_loops(other)
 
 
+def test_narrower_limits_are_another_robot() -> None:
+    """What was found for a robot does not serve one with other joint limits."""
+    robot, gait = load_robot("kharagpur"), Gait.tetrapod()
+    KinematicControl(gait).plan(robot, 1.0)
+    slow = dataclasses.replace(robot, velocity_limit=np.full(len(robot.joint_names), 0.1))
+    with refused(GaitError, quantity="cycle_time"):
+        KinematicControl(gait).plan(slow, 1.0)
+
+
 def test_plans_do_not_keep_a_robot_in_memory() -> None:
     robot = load_robot("athena")
     KinematicControl(GAITS["tripod"]).plan(robot, 2.0)

@@ -204,23 +204,20 @@ class OneStepDriver {
   // have seen the same friction all the way, and no error; from nearly at rest it sees how the friction changes.
   double share_until_rest() const {
     double share = 1.0;
-    const double slow = kNearlyAtRest / flow_.plant.law.friction.steepness();
-    if constexpr (!Method::kSeesEnd) {
-      for (std::size_t i = 0; i < slips_.size(); ++i) {
-        const auto& foot = flow_.plant.feet[i];
-        const double before = slips_[i].norm();
-        if (before == 0.0 || !foot.active || !slides(foot)) continue;
-        const double after = slips_[i].dot(foot.velocity) / before;
-        const double left = std::min(slow, 0.5 * before);
-        if (after < 0.0) share = std::min(share, (before - left) / (before - after));
-      }
+    for (std::size_t i = 0; i < slips_.size(); ++i) {
+      const auto& foot = flow_.plant.feet[i];
+      const double before = slips_[i].norm();
+      if (before == 0.0 || !foot.active || !slides(foot)) continue;
+      const double after = slips_[i].dot(foot.velocity) / before;
+      const double slow = std::min(kNearlyAtRest / flow_.plant.law.friction.steepness(), 0.5 * before);
+      if (after < 0.0) share = std::min(share, (before - slow) / (before - after));
     }
     return share;
   }
 
-  // Accepts a step of h, shorter where its error, a touch-down, a switch of a drive, a foot that turns back
-  // or the change of a torque requires it, and leaves the plant evaluated at its end; returns its length, or -1. `size` is
-  // the error over the tolerance: a step is rejected above 1, or where the error is not a number.
+  // Accepts a step of h, shorter where its error, a touch-down, a switch of a drive, a foot that turns back or
+  // the change of a torque requires it, and leaves the plant evaluated at its end; returns its length, or -1.
+  // `size` is the error over the tolerance: a step is rejected above 1, or where the error is not a number.
   double step_from(double t, double h) {
     const bool cut = h < control_.step();  // by the grid: it must not shrink the remembered step
     int located = 0, switched = 0;
@@ -293,7 +290,7 @@ class OneStepDriver {
   bool sampled_ = false;    // the plant is evaluated at a sample within it, its end is saved
   VectorXd sample_, booked_works_;  // the last sample within it
   VectorXd start_torque_;  // of a prescribed motion, N m
-  std::vector<Vec3> slips_;  // of feet where the step begins, 0 of those that do not slide, m/s
+  std::vector<Vec3> slips_;  // of feet where a step begins, 0 where they do not slide, m/s; see kSeesEnd
   long steps_ = 0, rejected_ = 0, events_ = 0, refined_ = 0;
   double largest_turn_ = 0.0, error_most_ = 0.0, error_sum_ = 0.0;
 };
