@@ -6,6 +6,7 @@ import itertools
 from typing import Any
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from refusals import refused
 from scipy.integrate import solve_ivp
@@ -21,6 +22,8 @@ INERTIA = 2e-3  # of the light link about its joint, kg m^2
 JOINT = "c_joint"
 MX64 = hp.drive.identified_drive("MX-64")
 M3 = hp.drive.GearFriction(coulomb=0.05, motor=0.2, load=0.2)  # F = 0.05 + 0.2 |e - u|
+EXTERNAL = M3.model_copy(update={"external_load": True})
+PASSED = MX64.gear.model_copy(update={"external_load": False})
 METHODS: dict[str, dict[str, Any]] = {
     "extrapolated-euler": {"accuracy": 1e-6}, "ndf": {"accuracy": 1e-7},
     "dop853": {"accuracy": 1e-9}, "robust": {"step": 1e-3}, "implicit-euler": {"step": 1e-3},
@@ -63,6 +66,32 @@ def test_both_solutions_keep_the_published_formula() -> None:
         np.testing.assert_allclose(gear.under_load(load, speed, viscous=c), formula, rtol=1e-12)
         core = [law.under_load(e, w)[0] for e, w in zip(load, speed, strict=True)]
         np.testing.assert_allclose(core, formula, rtol=1e-12)
+
+
+def test_an_external_load_by_the_published_formula() -> None:
+    """F of both torques as published, along the motion and against it; slopes by differences.
+
+    The gear that passes on what motor, load and friction leave finds the same friction.
+    """
+    torques, h = (-2.0, -0.31, 0.02, 0.4, 3.0), 1e-7
+    for drive in hp.drive.identified_drives().values():
+        law = native_gear(drive.gear, drive.viscous)
+        assert law.external_load
+        for u, e, w in itertools.product(torques, (*torques, 0.05), (0.2, 2.0)):
+            friction, *slopes = law.under_both(u, e, w)
+            assert friction == pytest.approx(published(drive.gear, u, e, w), rel=1e-13)
+            for k, slope in enumerate(slopes):
+                at = [np.array([u, e, w]) + sign * h * np.eye(3)[k] for sign in (1.0, -1.0)]
+                high, low = (law.under_both(*one)[0] for one in at)
+                assert slope == pytest.approx((high - low) / (2.0 * h), abs=1e-6)
+            place = scene(drive.gear, viscous=drive.viscous)
+            joint = place.robot.joint_index(JOINT)
+            taken = friction + drive.viscous * w
+            for sign in (1.0, -1.0):
+                found = drive_law(place.robot, place.servos, FREE).resistance_to(
+                    joint, sign * (u - taken), sign * w, sign * e
+                )
+                assert found == pytest.approx(sign * taken, rel=1e-12)
 
 
 def test_slopes_against_differences() -> None:
@@ -133,6 +162,19 @@ def test_breakaway_under_a_load(method: str) -> None:
 
 
 @pytest.mark.parametrize("method", METHODS)
+def test_a_load_that_falls_with_the_motor_off(method: str) -> None:
+    """Under L = -0.3 N m the gear of an external load takes Fc + K L = 0.11 N m all the way.
+
+    One that counts what it passes on takes F = Fc + K F, so Fc / (1 - K) = 0.0625 N m, as if the
+    load were lighter by what accelerates it.
+    """
+    for gear, taken in ((EXTERNAL, 0.05 + 0.2 * 0.3), (M3, 0.05 / 0.8)):
+        trace = run(method, scene(gear, loads=weight(-0.3)), duration=0.02, sample=0.01)
+        speed = -(0.3 - taken) / INERTIA * trace.time
+        np.testing.assert_allclose(trace.v[:, -1], speed, rtol=1e-6)
+
+
+@pytest.mark.parametrize("method", METHODS)
 def test_braking_by_a_servo_and_by_the_gear_itself(method: str) -> None:
     """I w' = -(Fc + kd w (1 + K)) / (1 - K), from F = Fc + K (F + 2 kd w): rest at a known time.
 
@@ -156,7 +198,7 @@ def test_against_another_integration() -> None:
 
     The motor drives, then brakes: the joint turns one way all the time.
     """
-    gear, c, kp, kd, target = MX64.gear, MX64.viscous, 3.0, 0.05, 0.8
+    gear, c, kp, kd, target = PASSED, MX64.viscous, 3.0, 0.05, 0.8
 
     def slope(t: float, y: np.ndarray) -> list[float]:
         angle, rate = y
@@ -187,38 +229,55 @@ def test_against_another_integration() -> None:
 
 def test_energy_account_closes() -> None:
     """What friction takes is what servo and motion lose, to the method's accuracy."""
-    place = scene(MX64.gear, kp=3.0, kd=0.05, viscous=MX64.viscous)
-    for method, bound in (("extrapolated-euler", 1e-4), ("ndf", 1e-4), ("dop853", 1e-6)):
+    for gear, method in itertools.product((PASSED, MX64.gear), ADAPTIVE):
+        loads = weight(-0.2) if gear.external_load else []
+        place = scene(gear, kp=3.0, kd=0.05, viscous=MX64.viscous, loads=loads)
         trace = run(method, place, target=0.5, angle=-0.9, rate=9.0)
         lost = trace.energy["joint_damping_loss"][-1]
         assert lost > 0.1
+        bound = 1e-6 if method == "dop853" else 1e-4
         assert np.abs(trace.energy_residual).max() < bound * lost
 
 
-def test_prescribed_motion_takes_the_motor_s_torque() -> None:
-    """The reaction with a gear is the one without it, and its friction for what is passed on."""
+@pytest.mark.parametrize("flies", [False, True])
+def test_prescribed_motion_takes_the_motor_s_torque(flies: bool) -> None:
+    """The reaction with a gear is the one without it, and its friction.
+
+    On the ground that of a gear whose load is what it passes on; in flight, where Pinocchio gives
+    gravity and velocity forces alone, that of one whose load is external.
+    """
     robot = hp.load_robot("kharagpur")
     gait = hp.Gait.tripod(stroke=0.06, cycle_time=1.2)
     traces = []
-    for gear in (None, MX64.gear):
+    for gear in (None, MX64.gear if flies else PASSED):
         motor = hp.Motor(stall_torque=9.0, no_load_speed=7.0, gear_friction=gear)
         servo = hp.Servo(kp=60.0, kd=1.2, motor=motor)
         place = hp.Scene(robot, servo=servo, prescribed=True)
-        traces.append(
-            hp.simulate(
-                place,
-                hp.KinematicControl(gait),
-                duration=0.3,
-                method="implicit-euler",
-                step=1e-3,
-                sample=0.05,
-            )  # fmt: skip
-        )
+        control = hp.KinematicControl(gait)
+        fixed = {"method": "implicit-euler", "step": 1e-3, "sample": 0.05}
+        trace = hp.simulate(place, control, duration=0.05 if flies else 0.3, **fixed)
+        if flies:
+            q = trace.q[0] + np.eye(25)[2]
+            start = robot.check_state(q, trace.v[0])
+            trace = hp.simulate(place, control, duration=0.3, initial=start, **fixed)
+        traces.append(trace)
     plain, geared = traces
+    model = robot.model
     for k, j in itertools.product(range(1, 6), range(18)):
         passed, rate = float(plain.torque[k, j]), float(plain.v[k, 6 + j])
-        sign = np.sign(rate)
-        taken = sign * MX64.gear.under_load(-sign * passed, abs(rate)) if sign else 0.0
+        sign, speed = np.sign(rate), abs(rate)
+        taken = 0.0
+        if sign and not flies:
+            taken = sign * PASSED.under_load(-sign * passed, speed)
+        elif sign:
+            still = pin.rnea(model, model.createData(), plain.q[k], plain.v[k], np.zeros(24))
+            load = -float(still[6 + j])
+
+            def miss(friction: float, load: float = load, sign: float = sign) -> float:
+                motor = passed + sign * friction  # noqa: B023
+                return friction - published(MX64.gear, motor * sign, load * sign, speed)  # noqa: B023
+
+            taken = sign * brentq(miss, 0.0, 10.0, xtol=1e-15)
         assert geared.torque[k, j] == pytest.approx(passed + taken, abs=1e-9)
 
 

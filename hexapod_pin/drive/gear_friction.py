@@ -21,17 +21,21 @@ class GearFriction(Spec):
     and the speed w = |v|, the friction is
 
         F = Fc + s Fs + |Ke e - Km u| + s |Kes e - Kms u| + s Q,    s = exp(-(w / ws)^a)
-        Q = Qe e^2 where the motor drives the load (u > 0 > e), Qm u^2 where the load drives the
-            motor (u < 0 < e), else 0
+        Q = Qe e^2 where motor and load oppose each other and the motor prevails (|e| < |u|),
+            Qm u^2 where the load does (|e| > |u|), else 0
 
     and acts against the motion; at rest it holds anything up to what it takes once the joint moves.
-    The load is what the gear passes on, e = F + c w - u with the gear's viscous friction c: the
-    rotor's inertia counts as part of the load. M1 has Fc alone, M2 adds Fs, M3 has Fc and Km = Ke,
-    M4 adds Fs and Kms = Kes, M5 has Km, Ke, Kms and Kes apart, M6 adds Qm and Qe.
+    M1 has Fc alone, M2 adds Fs, M3 has Fc and Km = Ke, M4 adds Fs and Kms = Kes, M5 has Km, Ke, Kms
+    and Kes apart, M6 adds Qm and Qe.
+
+    By default the load is what the gear passes on, e = F + c w - u with the gear's viscous friction
+    c: inertial forces, the rotor's too, count as load. With `external_load` it is, as in BAM, what
+    acts on the joint but motor, friction and inertial forces: gravity and velocity forces,
+    contacts, pushes and stops. Parameters belong to the load that they were identified with; both
+    are the same wherever nothing accelerates.
 
     Source: M. Duclusaud, G. Passault et al., "Extended Friction Models for the Physics Simulation
-    of Servo Actuators", ICRA 2025 (BAM). There e is gravity's torque alone, which is the same
-    wherever nothing accelerates.
+    of Servo Actuators", ICRA 2025 (BAM).
 
     Attributes:
         coulomb: Fc [N m].
@@ -44,6 +48,7 @@ class GearFriction(Spec):
         load_quadratic: Qe [1/(N m)].
         stribeck_speed: ws [rad/s].
         stribeck_exponent: a [-].
+        external_load: whether e is the external torque; else what the gear passes on.
     """
 
     coulomb: NonNegativeFloat = 0.0
@@ -56,6 +61,7 @@ class GearFriction(Spec):
     load_quadratic: NonNegativeFloat = 0.0
     stribeck_speed: PositiveFloat = 1.0
     stribeck_exponent: float = Field(default=1.0, ge=0.5, le=20.0)
+    external_load: bool = False
 
     @model_validator(mode="after")
     def _passes_torque_on(self) -> GearFriction:
@@ -75,6 +81,8 @@ class GearFriction(Spec):
     @checked
     def under_motor(self, torque: ArrayLike, speed: ArrayLike, *, viscous: float = 0.0) -> Array:
         """Return the friction while the motor gives a torque [N m]. Shape of the arguments.
+
+        The load is what the gear passes on; where nothing accelerates, that is the external one.
 
         Args:
             torque: of the motor, along the motion; negative: it brakes [N m].
@@ -125,10 +133,12 @@ class GearFriction(Spec):
     def _level(self, motor: Array, load: Array, fade: Array) -> Array:
         """Return what the formula gives for torques along the motion [N m]."""
         slow = np.abs(self.load_stribeck * load - self.motor_stribeck * motor)
-        driven = np.where((motor > 0.0) & (load < 0.0), self.load_quadratic * load**2, 0.0)
-        braked = np.where((motor < 0.0) & (load > 0.0), self.motor_quadratic * motor**2, 0.0)
+        prevails = np.abs(load) < np.abs(motor)
+        quadratic = np.where(prevails, self.load_quadratic * load**2, 0.0)
+        quadratic += np.where(np.abs(load) > np.abs(motor), self.motor_quadratic * motor**2, 0.0)
+        quadratic = np.where(motor * load < 0.0, quadratic, 0.0)
         plain = np.abs(self.load * load - self.motor * motor)
-        found: Array = self.coulomb + plain + fade * (self.stribeck + slow + driven + braked)
+        found: Array = self.coulomb + plain + fade * (self.stribeck + slow + quadratic)
         return found
 
 

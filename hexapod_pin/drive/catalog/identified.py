@@ -101,12 +101,12 @@ def identified_for(record: MotorRecord) -> IdentifiedDrive | None:
 def _drive(row: Mapping[str, str]) -> IdentifiedDrive:
     number = {name: float(cell) for name, cell in row.items() if name not in TEXTS}
     by_field = {_field(name): value for name, value in number.items()}
-    gear = {name: by_field[name] for name in GearFriction.model_fields}
+    gear = {name: by_field[name] for name in GearFriction.model_fields if name in by_field}
     return IdentifiedDrive(
         model=row["model"], form=row["form"], source=row["source"],
         torque_constant=number["torque_constant_Nm_A"], resistance=number["resistance_ohm"],
         armature=number["armature_kgm2"], viscous=number["viscous_Nms"],
-        gear=GearFriction(**gear),
+        gear=GearFriction(**gear, external_load=True),  # as BAM identifies them
     )  # fmt: skip
 
 

@@ -72,24 +72,31 @@ void bind_drive(nb::module_& m) {
       .def_rw("stribeck_speed", &GearFriction::stribeck_speed)
       .def_rw("stribeck_exponent", &GearFriction::stribeck_exponent)
       .def_rw("viscous", &GearFriction::viscous)
+      .def_rw("external_load", &GearFriction::external_load)
       .def("under_motor", [response](const GearFriction& gear, double torque, double speed) {
         return response(gear.under_motor(torque, speed));
       }, "torque"_a, "speed"_a, "(F, dF/dtorque, dF/dspeed) under a motor torque along the motion")
       .def("under_load", [response](const GearFriction& gear, double torque, double speed) {
         return response(gear.under_load(torque, speed));
-      }, "torque"_a, "speed"_a, "(F, dF/dtorque, dF/dspeed) under a load along the motion");
+      }, "torque"_a, "speed"_a, "(F, dF/dtorque, dF/dspeed) under a load along the motion")
+      .def("under_both", [](const GearFriction& gear, double torque, double load, double speed) {
+        const GearResponse r = gear.under_both(torque, load, speed);
+        return std::make_tuple(r.friction, r.per_torque, r.per_load, r.per_speed);
+      }, "torque"_a, "load"_a, "speed"_a,
+           "(F, dF/dtorque, dF/dload, dF/dspeed) under a motor torque and an external load along the motion");
   nb::class_<DriveLaw>(m, "DriveLaw")
       .def("demand", &DriveLaw::demand, "joint"_a, "error"_a, "rate_error"_a, "torque_ref"_a)
       .def("motor_torque", &DriveLaw::motor_torque, "joint"_a, "demand"_a, "rate"_a)
       .def("mode", &DriveLaw::mode, "joint"_a, "angle"_a, "rate"_a, "demand"_a)
       .def("torque", [](const DriveLaw& law, int joint, const DriveMode& mode, double angle, double rate,
-                        double demand) {
-        const DriveTorque t = law.torque(joint, mode, angle, rate, demand);
+                        double demand, double external) {
+        const DriveTorque t = law.torque(joint, mode, angle, rate, demand, external);
         return std::make_tuple(t.torque, t.stiffness, t.damping);
-      }, "joint"_a, "mode"_a, "angle"_a, "rate"_a, "demand"_a, "(torque, -d/dangle, -d/drate) in a mode")
+      }, "joint"_a, "mode"_a, "angle"_a, "rate"_a, "demand"_a, "external"_a = 0.0,
+           "(torque, -d/dangle, -d/drate) in a mode")
       .def("switches", &DriveLaw::switches, "joint"_a, "mode"_a, "angle"_a, "rate"_a, "demand"_a,
-           "holding"_a, "Above zero inside the mode.")
-      .def("resistance_to", &DriveLaw::resistance_to, "joint"_a, "left"_a, "rate"_a,
+           "holding"_a, "external"_a = 0.0, "Above zero inside the mode.")
+      .def("resistance_to", &DriveLaw::resistance_to, "joint"_a, "left"_a, "rate"_a, "external"_a = 0.0,
            "What friction and damping take of the motor's torque, given what is left of it.");
   m.def("drive_law", &make_drive, "kp"_a, "kd"_a, "cap"_a, "line_torque"_a, "line_slope"_a, "damping"_a,
         "friction"_a, "lower"_a, "upper"_a, "stop_stiffness"_a, "stop_dissipation"_a,

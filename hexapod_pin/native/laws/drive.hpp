@@ -3,6 +3,8 @@
 //   demand = kp (q_ref - q) + kd (v_ref - v) + torque_ref
 //   motor  = demand, clamped to the lines +-line_torque - line_slope v, then to +-cap
 //   joint  = motor - damping v - (friction + gear friction) sign(v) + stop
+// `external` [N m] is what acts on a joint but motor, friction and inertial forces, stops included; it
+// matters to gears whose friction depends on it, to no others.
 #pragma once
 
 #include <algorithm>
@@ -67,6 +69,11 @@ struct DriveLaw {
     return false;
   }
   bool has_gear(int joint) const { return !gear.empty() && gear[std::size_t(joint)].present(); }
+  // Whether any joint's gear friction depends on the external load.
+  bool needs_external() const {
+    return std::any_of(gear.begin(), gear.end(),
+                       [](const GearFriction& one) { return one.external_load && one.present(); });
+  }
   bool has_friction(int joint) const { return friction[joint] > 0.0 || has_gear(joint); }
 
   // From now on the joint's drive gives no torque; its friction and its stops stay.
@@ -142,33 +149,36 @@ struct DriveLaw {
   }
 
   // Of a joint that moves, under the motor's torque; 0 of one that is stuck, which takes what holds it.
-  double dry_torque(int joint, FrictionMode mode, double motor, double rate) const {
-    if (mode == FrictionMode::forward) return -(friction[joint] + gear_response(joint, mode, motor, rate).friction);
-    if (mode == FrictionMode::backward) return friction[joint] + gear_response(joint, mode, motor, rate).friction;
-    return 0.0;
+  double dry_torque(int joint, FrictionMode mode, double motor, double rate, double external) const {
+    const double sign = friction_sign(mode);
+    if (sign == 0.0) return 0.0;
+    return -sign * (friction[joint] + gear_response(joint, mode, motor, rate, external).friction);
   }
 
-  // Of the gear of a joint that moves; nothing of one that is stuck. Slopes in the motor's torque and in
-  // the rate, counted along the motion: d(dry torque) = -per_torque d(motor) - per_speed d(rate).
-  GearResponse gear_response(int joint, FrictionMode mode, double motor, double rate) const {
+  // Of the gear of a joint that moves; nothing of one that is stuck. Slopes in the motor's torque, in the
+  // rate and in the external load, counted along the motion:
+  // d(dry torque) = -per_torque d(motor) - per_speed d(rate) - per_load d(external).
+  GearResponse gear_response(int joint, FrictionMode mode, double motor, double rate, double external) const {
     if (!has_gear(joint) || mode == FrictionMode::none || mode == FrictionMode::stuck) return {};
-    const double sign = mode == FrictionMode::forward ? 1.0 : -1.0;
-    return gear[std::size_t(joint)].under_motor(sign * motor, sign * rate);
+    const double sign = friction_sign(mode);
+    const GearFriction& own = gear[std::size_t(joint)];
+    if (own.external_load) return own.under_both(sign * motor, sign * external, sign * rate);
+    return own.under_motor(sign * motor, sign * rate);
   }
 
   // The most that friction holds of `holding` [N m] at rest: what it takes once the joint has broken loose.
-  double holding_limit(int joint, double motor, double holding) const {
+  double holding_limit(int joint, double motor, double holding, double external) const {
     const FrictionMode mode = holding < 0.0 ? FrictionMode::backward : FrictionMode::forward;
-    return friction[joint] + gear_response(joint, mode, motor, 0.0).friction;
+    return friction[joint] + gear_response(joint, mode, motor, 0.0, external).friction;
   }
 
   // What viscous and dry friction take of the motor's torque at a rate; of dry friction at rest nothing.
-  double resistance(int joint, double motor, double rate) const {
-    return damping[joint] * rate - dry_torque(joint, sliding(joint, rate), motor, rate);
+  double resistance(int joint, double motor, double rate, double external) const {
+    return damping[joint] * rate - dry_torque(joint, sliding(joint, rate), motor, rate, external);
   }
 
   // The same, given the torque [N m] that is left of the motor's after it.
-  double resistance_to(int joint, double left, double rate) const {
+  double resistance_to(int joint, double left, double rate, double external) const {
     const FrictionMode mode = sliding(joint, rate);
     const double plain = friction_sign(mode) * friction[joint];
     if (!has_gear(joint) || mode == FrictionMode::none || mode == FrictionMode::stuck)
@@ -177,7 +187,9 @@ struct DriveLaw {
     const double sign = friction_sign(mode);
     // what the gear passes on turns the joint against its own friction and damping, too
     const double passed = left + plain + (damping[joint] - own.viscous) * rate;
-    return damping[joint] * rate + plain + sign * own.under_load(-sign * passed, sign * rate).friction;
+    const double taken = own.external_load ? own.where_passed(sign * passed, sign * external, sign * rate)
+                                           : own.under_load(-sign * passed, sign * rate).friction;
+    return damping[joint] * rate + plain + sign * taken;
   }
 
   // Where a state belongs; a joint at rest with dry friction is stuck until what it must hold says
@@ -192,14 +204,16 @@ struct DriveLaw {
   }
 
   // All that acts on the joint in a mode, beyond the mode's ends too; without what holds a stuck one.
-  DriveTorque torque(int joint, const DriveMode& mode, double angle, double rate,
-                     double demand) const {
+  // `external` holds the stop's torque here as everywhere, and slopes of it count what friction takes of it.
+  DriveTorque torque(int joint, const DriveMode& mode, double angle, double rate, double demand,
+                     double external) const {
     const StopTorque stop = stops.on(joint, mode.stop, angle, rate);
     const double motor = torque_on(joint, mode.limit, demand, rate);
-    const GearResponse slopes = gear_response(joint, mode.friction, motor, rate);
-    return {motor - damping[joint] * rate + dry_torque(joint, mode.friction, motor, rate) + stop.torque,
-            stiffness_after(joint, mode.limit, slopes) + stop.stiffness,
-            damping_after(joint, mode.limit, slopes) + damping[joint] + stop.damping};
+    const GearResponse slopes = gear_response(joint, mode.friction, motor, rate, external);
+    const double passed = 1.0 - slopes.per_load;
+    return {motor - damping[joint] * rate + dry_torque(joint, mode.friction, motor, rate, external) + stop.torque,
+            stiffness_after(joint, mode.limit, slopes) + passed * stop.stiffness,
+            damping_after(joint, mode.limit, slopes) + damping[joint] + passed * stop.damping};
   }
 
   // Slopes of the motor's torque on a piece less the gear's friction.
@@ -213,7 +227,7 @@ struct DriveLaw {
   // Where the mode ends: numbers above zero inside of it, negative beyond one of its ends. N m, but the
   // last, of a sliding joint, rad/s. `holding`: torque that a stuck joint must hold, N m.
   std::array<double, kSwitches> switches(int joint, const DriveMode& mode, double angle, double rate,
-                                         double demand, double holding) const {
+                                         double demand, double holding, double external) const {
     std::array<double, kSwitches> out;
     out.fill(std::numeric_limits<double>::infinity());
     const double upper = upper_line(joint, rate), lower = lower_line(joint, rate);
@@ -230,7 +244,7 @@ struct DriveLaw {
     stops.switches(joint, mode.stop, angle, rate, out[4], out[5]);
     if (mode.friction == FrictionMode::stuck) {
       const double motor = torque_on(joint, mode.limit, demand, rate);
-      out[6] = holding_limit(joint, motor, holding) - std::abs(holding);
+      out[6] = holding_limit(joint, motor, holding, external) - std::abs(holding);
     }
     if (mode.friction == FrictionMode::forward) out[6] = rate;
     if (mode.friction == FrictionMode::backward) out[6] = -rate;

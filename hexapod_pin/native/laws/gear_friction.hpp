@@ -1,10 +1,13 @@
 // Friction of a gear that grows with what the gear carries: models M1 to M6 of Duclusaud, Passault et al.,
 // "Extended Friction Models for the Physics Simulation of Servo Actuators" (ICRA 2025). With the motor's
 // torque u and the load's e, both counted along the motion, and the speed w >= 0,
-//   F = Fc + s Fs + |Ke e - Km u| + s |Kes e - Kms u| + s (Qe e^2 if u > 0 > e, Qm u^2 if u < 0 < e)
-//   s = exp(-(w / ws)^a)
-// The load is what the gear passes on: e = F + viscous w - u. So F is a function of one joint's own motor
-// torque and speed, or of the torque passed on and the speed; the rotor's inertia counts as load.
+//   F = Fc + s Fs + |Ke e - Km u| + s |Kes e - Kms u| + s Q,   s = exp(-(w / ws)^a)
+//   Q = Qe e^2 where they oppose each other and |e| < |u|, Qm u^2 where |e| > |u|
+// The load is one of two:
+// - what the gear passes on, e = F + viscous w - u. So F is a function of one joint's own motor torque and
+//   speed, or of the torque passed on and the speed; the rotor's inertia counts as load.
+// - external, as BAM's: all that acts on the joint but its motor and its friction, inertial forces left out
+//   (gravity, contacts, pushes, stops). F is then a function of both torques and the speed.
 #pragma once
 
 #include <algorithm>
@@ -12,9 +15,10 @@
 
 namespace hexapod {
 
-// Friction F [N m], its slopes in the torque that was given [-] and in the speed [N m s/rad].
+// Friction F [N m], its slopes in the torque that was given [-] and in the speed [N m s/rad]; the slope in an
+// external load [-].
 struct GearResponse {
-  double friction = 0.0, per_torque = 0.0, per_speed = 0.0;
+  double friction = 0.0, per_torque = 0.0, per_speed = 0.0, per_load = 0.0;
 };
 
 struct GearFriction {
@@ -29,6 +33,7 @@ struct GearFriction {
   double stribeck_speed = 1.0;      // ws, rad/s
   double stribeck_exponent = 1.0;   // a, -
   double viscous = 0.0;             // of the gear, N m s/rad: it is part of the drive's damping
+  bool external_load = false;       // the load is the external one
 
   bool present() const {
     return coulomb > 0.0 || stribeck > 0.0 || motor > 0.0 || load > 0.0 || motor_stribeck > 0.0 ||
@@ -40,6 +45,27 @@ struct GearFriction {
 
   // Under a load e along the motion [N m], the negative of what is passed on.
   GearResponse under_load(double e, double w) const { return solve(e, w, false); }
+
+  // Under a motor torque u and an external load e along the motion [N m].
+  GearResponse under_both(double u, double e, double w) const {
+    w = std::max(w, 0.0);
+    const Stribeck s = stribeck_at(w);
+    const Level now = level(u, e, s.factor);
+    return {now.value, now.per_motor, s.slope * now.faded, now.per_load};
+  }
+
+  // F where the gear passes on p [N m] along the motion under an external load e: u = p + F + viscous w.
+  double where_passed(double p, double e, double w) const {
+    const double factor = stribeck_at(std::max(w, 0.0)).factor, drag = viscous * std::max(w, 0.0);
+    double friction = coulomb;
+    for (int step = 0; step < kMostSteps; ++step) {
+      const Level now = level(p + friction + drag, e, factor);
+      const double change = (now.value - friction) / (1.0 - now.per_motor);
+      friction += change;
+      if (!(std::abs(change) > kRoundOff * (std::abs(friction) + std::abs(p)))) break;
+    }
+    return friction;
+  }
 
  private:
   static constexpr int kMostSteps = 50;       // of Newton; three to five are taken
@@ -65,9 +91,9 @@ struct GearFriction {
     const double plain = load * e - motor * u, slow = load_stribeck * e - motor_stribeck * u;
     const double sign = plain < 0.0 ? -1.0 : 1.0, slow_sign = slow < 0.0 ? -1.0 : 1.0;
     double quadratic = 0.0, quadratic_motor = 0.0, quadratic_load = 0.0;
-    if (u > 0.0 && e < 0.0) {
+    if (u * e < 0.0 && std::abs(e) < std::abs(u)) {
       quadratic = load_quadratic * e * e, quadratic_load = 2.0 * load_quadratic * e;
-    } else if (u < 0.0 && e > 0.0) {
+    } else if (u * e < 0.0 && std::abs(e) > std::abs(u)) {
       quadratic = motor_quadratic * u * u, quadratic_motor = 2.0 * motor_quadratic * u;
     }
     const double faded = stribeck + std::abs(slow) + quadratic;

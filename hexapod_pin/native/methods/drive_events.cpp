@@ -41,7 +41,7 @@ void DriveEvents<PlantT>::start(PlantT& plant, Reference& reference, double t, c
   plant.find_modes(q, v, start_.demand);
   start_.angle = q.tail(plant.joints());
   start_.rate = v.tail(plant.joints());
-  start_.holding = plant.holding;
+  start_.holding = plant.holding, start_.external = plant.external;
   changed_ = false;
   known_ = true;
   last_ = Crossing();
@@ -189,7 +189,7 @@ inline void DriveEvents<PlantT>::find_end(double t, const VectorXd& y) {
   const auto stuck = [](const DriveMode& mode) { return mode.stuck(); };
   if (!std::any_of(plant.mode.begin(), plant.mode.end(), stuck)) return;
   flow_.rate_here(t, y, rate_);
-  end_.holding = plant.holding;
+  end_.holding = plant.holding, end_.external = plant.external;
 }
 
 template <class PlantT>
@@ -203,14 +203,14 @@ inline bool DriveEvents<PlantT>::ends(const PlantT& plant, int j) const {
   if (mode_at(end_, j) != now) return true;
   if (!now.stuck()) return false;
   const double motor = plant.drive.torque_on(j, now.limit, end_.demand[j], end_.rate[j]);
-  return std::abs(end_.holding[j]) > plant.drive.holding_limit(j, motor, end_.holding[j]);
+  return std::abs(end_.holding[j]) > plant.drive.holding_limit(j, motor, end_.holding[j], end_.external[j]);
 }
 
 template <class PlantT>
 inline std::array<double, DriveLaw::kSwitches> DriveEvents<PlantT>::switches(
     const PlantT& plant, int j, const JointStates& at) const {
   return plant.drive.switches(j, plant.mode[j], at.angle[j], at.rate[j], at.demand[j],
-                              at.holding[j]);
+                              at.holding[j], at.external[j]);
 }
 
 template <class PlantT>

@@ -79,8 +79,9 @@ class DriveEvents final : public InsideStep {
   bool is_known(const PlantT& plant, const VectorXd& q, const VectorXd& v) const;
 
   struct JointStates {
-    VectorXd angle, rate, demand, holding;
-    explicit JointStates(int n) : angle(VectorXd::Zero(n)), rate(angle), demand(angle), holding(angle) {}
+    VectorXd angle, rate, demand, holding, external;
+    explicit JointStates(int n)
+        : angle(VectorXd::Zero(n)), rate(angle), demand(angle), holding(angle), external(angle) {}
   };
   struct Crossing {
     double share = 1.0, value = 0.0, step = 0.0;

@@ -21,7 +21,8 @@ class LinearStep {
       : acceleration_(plant.tree.nv), v_end_(plant.tree.nv), set_points_(plant.joints()),
         mode_(plant.joints()), released_(plant.feet.size()),
         secant_(plant.feet.size()), force_(plant.feet.size()), velocity_(plant.feet.size()),
-        used_(VectorXd::Zero(plant.tree.nv)), reaction_(plant.joints()) {}
+        used_(VectorXd::Zero(plant.tree.nv)), reaction_(plant.joints()),
+        external_(VectorXd::Zero(plant.joints())), left_(VectorXd::Ones(plant.joints())) {}
 
   // Servos take the set-points at t_end and act there, all within their limits; joints at rest with dry
   // friction are stuck; feet in the ground have a force.
@@ -44,6 +45,7 @@ class LinearStep {
     auto& system = plant.system;
     system.load(plant.mass_upper());
     acceleration_ = -plant.bias();
+    if (plant.loaded) find_external_at_start(plant);
     if constexpr (PlantT::kPrescribed) take_motion(h, joints, v);
     else
       for (int j = 0; j < plant.joints(); ++j) add_joint(plant, j, h, joints[j], v[6 + j]);
@@ -93,7 +95,7 @@ class LinearStep {
     for (int j = 0; j < plant.joints(); ++j) {
       FrictionMode& now = mode_[j].friction;
       const double motor = plant.drive.torque_on(j, mode_[j].limit, end_demand(plant, j, h, joints[j]), 0.0);
-      const double limit = plant.drive.holding_limit(j, motor, holding_[j]);
+      const double limit = plant.drive.holding_limit(j, motor, holding_[j], external_[j]);
       const FrictionMode next = next_friction(limit, now, v_end_[6 + j], holding_[j]);
       if (next == now || friction_changes_[j] >= kMaxFrictionChanges) continue;
       now = next;
@@ -113,6 +115,7 @@ class LinearStep {
       force_[i] = foot.contact.force - foot.contact.slope(secant_[i]) * (velocity_[i] - foot.velocity) -
                   (h * foot.ground.normal.dot(moved)) * foot.contact.minus_dz;
     }
+    if (plant.loaded && !PlantT::kPrescribed) find_external_at_end(plant, h);
   }
 
   // Releases feet whose normal force at the end is negative and gives those whose slip would reverse the
@@ -145,7 +148,8 @@ class LinearStep {
       ledger.servo += h * torque * rate;
       ledger.joint_damping += h * plant.drive.damping[j] * rate * rate;
       if (plant.dry)
-        ledger.joint_damping -= h * plant.drive.dry_torque(j, mode_[j].friction, torque, rate) * rate;
+        ledger.joint_damping -=
+            h * plant.drive.dry_torque(j, mode_[j].friction, torque, rate, external_[j]) * rate;
       const StopTorque& stop = plant.stop[j];
       if (stop.stiffness == 0.0) continue;
       at_stop_ = true;
@@ -200,24 +204,25 @@ class LinearStep {
   // Work of the torques that the motion takes.
   void accumulate_reaction(const PlantT& plant, double h, EnergyLedger& ledger) {
     const auto force = [this](std::size_t i) { return released_[i] ? Vec3(Vec3::Zero()) : force_[i]; };
-    reaction_torque(plant, v_end_, acceleration_, force, reaction_);
-    add_reaction_work(plant, v_end_, reaction_, h, ledger);
+    reaction_torque(plant, v_end_, acceleration_, force, reaction_, external_);
+    add_reaction_work(plant, v_end_, reaction_, external_, h, ledger);
   }
 
   void add_joint(PlantT& plant, int j, double h, double angle, double rate) {
     const DriveLaw& drive = plant.drive;
     const StopTorque& stop = plant.stop[j];
     const LimitMode limit = mode_[j].limit;
-    double torque = stop.torque - stop.stiffness * h * rate - drive.damping[j] * rate;
     const double motor = drive.torque_on(j, limit, demand_at(plant, j, angle, h * rate, rate), rate);
-    const GearResponse slopes = drive.gear_response(j, mode_[j].friction, motor, rate);
+    const GearResponse slopes = drive.gear_response(j, mode_[j].friction, motor, rate, external_[j]);
+    left_[j] = 1.0 - slopes.per_load;
+    double torque = stop.torque - left_[j] * stop.stiffness * h * rate - drive.damping[j] * rate;
     const double damping = drive.damping[j] + drive.damping_after(j, limit, slopes);
-    const double stiffness = stop.stiffness + drive.stiffness_after(j, limit, slopes);
+    const double stiffness = left_[j] * stop.stiffness + drive.stiffness_after(j, limit, slopes);
     torque += motor;
     acceleration_[6 + j] += torque;
-    plant.system.add_diagonal(j, h * (damping + stop.damping + h * stiffness));
+    plant.system.add_diagonal(j, h * (damping + left_[j] * stop.damping + h * stiffness));
     if (!plant.dry) return;
-    acceleration_[6 + j] += drive.dry_torque(j, mode_[j].friction, motor, rate);
+    acceleration_[6 + j] += drive.dry_torque(j, mode_[j].friction, motor, rate, external_[j]);
     if (!mode_[j].stuck()) return;
     acceleration_[6 + j] -= kLock * (rate / h);
     plant.system.add_diagonal(j, kLock);
@@ -228,6 +233,20 @@ class LinearStep {
       if (!mode_[j].stuck()) continue;
       acceleration_[6 + j] = -v[6 + j] / h;
       v_end_[6 + j] = 0.0;
+    }
+  }
+
+  // External torques on the joints at the start of the step and at its end, of contacts that have a force.
+  void find_external_at_start(const PlantT& plant) {
+    plant.find_external([&](std::size_t i) {
+      return released_[i] ? Vec3(Vec3::Zero()) : plant.feet[i].contact.force; }, external_);
+  }
+  void find_external_at_end(const PlantT& plant, double h) {
+    plant.find_external([&](std::size_t i) {
+      return released_[i] ? Vec3(Vec3::Zero()) : force_[i]; }, external_);
+    for (int j = 0; j < plant.joints(); ++j) {
+      const double rate = v_end_[6 + j];
+      external_[j] += plant.stop[j].after(h * rate, rate - plant.rate(j)) - plant.stop[j].torque;
     }
   }
 
@@ -267,8 +286,18 @@ class LinearStep {
     LegJacobian xl = w.lazyProduct(end_l);
     xb.noalias() += k * (n.transpose() * foot.jb);
     xl.noalias() += k * (n.transpose() * foot.jl);
-    plant.system.add_foot(int(plant.foot_of(i)), foot.jb, foot.jl, xb, xl);
     const Vec3 drift = plant.jacobian_times(i, foot.qb, foot.ql, v);
+    if (plant.loaded) {
+      const LegJacobian left = plant.left_by_gears(i, left_);
+      plant.system.add_foot(int(plant.foot_of(i)), foot.jb, left, xb, xl);
+      const Vec3 change = w * drift + (h * n.dot(foot.velocity)) * contact.minus_dz;
+      plant.add_jacobian_transposed(i, contact.force, acceleration_);
+      acceleration_.template head<6>().noalias() -= foot.jb.transpose() * change;
+      for (std::size_t m = 0; m < plant.columns(i).size(); ++m)
+        acceleration_[Tree::column(plant.columns(i)[m])] -= left.col(m).dot(change);
+      return;
+    }
+    plant.system.add_foot(int(plant.foot_of(i)), foot.jb, foot.jl, xb, xl);
     const Vec3 f = contact.force - w * drift - (h * n.dot(foot.velocity)) * contact.minus_dz;
     plant.add_jacobian_transposed(i, f, acceleration_);
   }
@@ -310,6 +339,9 @@ class LinearStep {
   std::vector<char> secant_;     // contacts with the secant of their friction law
   std::vector<Vec3> force_, velocity_;
   VectorXd used_, reaction_;  // of prescribed motions: mean velocity of the step; torques, N m
+  // Where a gear's friction depends on external torques: those on the joints, N m, and what gears leave of
+  // a change of them, -.
+  VectorXd external_, left_;
 };
 
 }  // namespace hexapod

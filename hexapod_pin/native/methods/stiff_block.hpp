@@ -24,8 +24,8 @@ class StiffBlock {
  public:
   explicit StiffBlock(const PlantT& plant)
       : system_(plant.system), contacts_(plant.feet.size()), stiffness_(VectorXd::Zero(plant.joints())),
-        damping_(stiffness_), lock_(plant.joints()), reaction_(stiffness_),
-        right_(plant.tree.nv),
+        damping_(stiffness_), left_(VectorXd::Ones(plant.joints())), lock_(plant.joints()),
+        reaction_(stiffness_), external_(stiffness_), right_(plant.tree.nv),
         shift_(plant.tree.nv) {
     for (const FootMount& mount : plant.mounts)
       for (std::size_t k = 0; k < plant.per_foot; ++k)
@@ -36,16 +36,17 @@ class StiffBlock {
   template <class Xi>
   void capture(const PlantT& plant, const Xi& xi) {
     mass_ = plant.mass_upper();
-    for (std::size_t i = 0; i < contacts_.size(); ++i) capture_contact(plant, i);
     for (int j = 0; j < plant.joints(); ++j) {
       if constexpr (PlantT::kPrescribed) break;
       const DriveMode& mode = plant.mode[j];
       const GearResponse& slopes = plant.gear_slopes[std::size_t(j)];
-      stiffness_[j] = plant.stop[j].stiffness + plant.drive.stiffness_after(j, mode.limit, slopes);
-      damping_[j] = plant.stop[j].damping + plant.drive.damping[j] +
+      left_[j] = 1.0 - slopes.per_load;
+      stiffness_[j] = left_[j] * plant.stop[j].stiffness + plant.drive.stiffness_after(j, mode.limit, slopes);
+      damping_[j] = left_[j] * plant.stop[j].damping + plant.drive.damping[j] +
                     plant.drive.damping_after(j, mode.limit, slopes);
       lock_[j] = mode.stuck();
     }
+    for (std::size_t i = 0; i < contacts_.size(); ++i) capture_contact(plant, i);
     chart_.capture(xi.template segment<3>(3));
   }
 
@@ -70,7 +71,7 @@ class StiffBlock {
       LegJacobian xl = c.w_effective.lazyProduct(s * (c.jl + s * c.ql));
       xb.noalias() += k * (c.n.transpose() * c.jb);
       xl.noalias() += k * (c.n.transpose() * c.jl);
-      system_.add_foot(int(plant.foot_of(i)), c.jb, c.jl, xb, xl);
+      system_.add_foot(int(plant.foot_of(i)), c.jb, c.left, xb, xl);
     }
     system_.factor();
   }
@@ -119,7 +120,7 @@ class StiffBlock {
                         const VectorXd& acceleration, const Z& dz, EnergyLedger& ledger) {
     ledger.push += plant.push_power(v + right_);
     if constexpr (PlantT::kPrescribed) accumulate_reaction(plant, v, acceleration, dz, ledger);
-    else accumulate_drives(plant, v, demand, ledger);
+    else accumulate_drives(plant, v, demand, dz, ledger);
     for (std::size_t i = 0; i < contacts_.size(); ++i)
       if (contacts_[i].has_force)
         ledger.add_contact(i, corrected_force(plant, i, dz),
@@ -127,9 +128,11 @@ class StiffBlock {
   }
 
  private:
-  void accumulate_drives(const PlantT& plant, const VectorXd& v, const VectorXd& demand,
-                         EnergyLedger& ledger) const {
+  template <class Z>
+  void accumulate_drives(const PlantT& plant, const VectorXd& v, const VectorXd& demand, const Z& dz,
+                         EnergyLedger& ledger) {
     const DriveLaw& drive = plant.drive;
+    if (plant.loaded) find_external(plant, dz);
     for (int j = 0; j < plant.joints(); ++j) {
       const double turn = shift_[6 + j], change = right_[6 + j], rate = v[6 + j] + change;
       const double wanted = drive.demand_after(j, demand[j], turn, change);
@@ -137,7 +140,8 @@ class StiffBlock {
       ledger.servo += motor * rate;
       ledger.joint_damping += drive.damping[j] * rate * rate;
       if (plant.dry)
-        ledger.joint_damping -= drive.dry_torque(j, plant.mode[j].friction, motor, rate) * rate;
+        ledger.joint_damping -=
+            drive.dry_torque(j, plant.mode[j].friction, motor, rate, external_[j]) * rate;
       ledger.stops -= plant.stop[j].after(turn, change) * rate;
     }
   }
@@ -146,8 +150,16 @@ class StiffBlock {
   void accumulate_reaction(const PlantT& plant, const VectorXd& v, const VectorXd& acceleration,
                            const Z& dz, EnergyLedger& ledger) {
     const auto force = [&](std::size_t i) { return corrected_force(plant, i, dz); };
-    reaction_torque(plant, v, acceleration, force, reaction_);
-    add_reaction_work(plant, v, reaction_, 1.0, ledger);
+    reaction_torque(plant, v, acceleration, force, reaction_, external_);
+    add_reaction_work(plant, v, reaction_, external_, 1.0, ledger);
+  }
+
+  // External torques on the joints at the end of the correction.
+  template <class Z>
+  void find_external(const PlantT& plant, const Z& dz) {
+    plant.find_external([&](std::size_t i) { return corrected_force(plant, i, dz); }, external_);
+    for (int j = 0; j < plant.joints(); ++j)
+      external_[j] += plant.stop[j].after(shift_[6 + j], right_[6 + j]) - plant.stop[j].torque;
   }
 
   // Force of a contact at the end of the correction.
@@ -172,7 +184,7 @@ class StiffBlock {
   struct FrozenContact {
     bool has_force = false;
     Eigen::Matrix<double, 3, 6> jb, qb;
-    LegJacobian jl, ql;
+    LegJacobian jl, ql, left;  // `left`: jl with what gears leave of torques on the joints
     Vec3 n = Vec3::UnitZ(), k = Vec3::Zero(), k_effective = Vec3::Zero();
     Mat3 w = Mat3::Zero(), w_effective = Mat3::Zero();
     Mat3 by_stretch = Mat3::Zero();  // Z = -df/dz, N/m
@@ -191,7 +203,8 @@ class StiffBlock {
     c.has_force = has_force(foot);
     c.n = foot.ground.normal;
     if (!c.has_force) return;
-    c.jb = foot.jb, c.jl = foot.jl, c.qb = foot.qb, c.ql = foot.ql;
+    c.jb = foot.jb, c.jl = c.left = foot.jl, c.qb = foot.qb, c.ql = foot.ql;
+    if (plant.loaded && !PlantT::kPrescribed) c.left = plant.left_by_gears(i, left_);
     c.w = c.w_effective = foot.contact.minus_du;
     c.k = c.k_effective = foot.contact.minus_dz;
   }
@@ -222,7 +235,7 @@ class StiffBlock {
     if (z.size() > 0) f += c.by_stretch * (c.bristle * z.template segment<3>(3 * i));
     right_.template head<6>().noalias() -= s_ * (c.jb.transpose() * f);
     for (std::size_t k = 0; k < columns_[i].size(); ++k)
-      right_[Tree::column(columns_[i][k])] -= s_ * c.jl.col(k).dot(f);
+      right_[Tree::column(columns_[i][k])] -= s_ * c.left.col(k).dot(f);
   }
 
   template <class Z>
@@ -256,10 +269,12 @@ class StiffBlock {
   std::vector<std::vector<std::size_t>> columns_;
   Eigen::MatrixXd mass_;
   VectorXd stiffness_, damping_;  // of drives, N m/rad and N m s/rad
+  VectorXd left_;                 // what gears leave of a change of the external torque on a joint, -
   std::vector<char> lock_;        // joints that dry friction holds
   double s_ = 0.0;
   ChartMap chart_;
   VectorXd reaction_;       // of the last prescribed motion, N m
+  VectorXd external_;       // torques on the joints at the end of the last correction, N m
   VectorXd right_, shift_;  // of the last solution: change of v, displacement in the body's frame
 };
 

@@ -16,9 +16,11 @@ template <class SystemT>
 Plant<SystemT>::Plant(const Dynamics& body, std::vector<FootMount> mounts, ContactLaw law, Terrain terrain,
                       DriveLaw drive)
     : dynamics(body), tree(body.tree()), mounts(std::move(mounts)), law(law), terrain(std::move(terrain)),
-      drive(std::move(drive)), dry(!kPrescribed && this->drive.dry()), system(tree, this->mounts),
+      drive(std::move(drive)), dry(!kPrescribed && this->drive.dry()),
+      loaded(this->drive.needs_external()), system(tree, this->mounts),
       per_foot(this->terrain.max_contacts()), feet(this->mounts.size() * per_foot), stop(tree.nv - 6),
-      mode(tree.nv - 6), holding(VectorXd::Zero(tree.nv - 6)), gear_slopes(tree.nv - 6), drive_counters(tree.nv - 6),
+      mode(tree.nv - 6), holding(VectorXd::Zero(tree.nv - 6)), external(holding), gear_slopes(tree.nv - 6),
+      drive_counters(tree.nv - 6),
       q_local_(VectorXd::Zero(tree.nq)) {
   for (const FootMount& mount : this->mounts) columns_.push_back(system.columns(tree, mount));
   for (std::size_t i = 0; i < feet.size(); ++i) {
@@ -186,10 +188,13 @@ void Plant<SystemT>::accumulate(EnergyLedger& ledger, const VectorXd& v, const V
   ledger.servo += dt * torque.dot(v.tail(joints()));
   ledger.push += dt * push_power(v);
   ledger.joint_damping += dt * v.tail(joints()).cwiseAbs2().dot(drive.damping);
+  VectorXd own;
+  if (kPrescribed && loaded) find_external(own);
+  const VectorXd& load = own.size() > 0 ? own : external;
   if (dry || kPrescribed)
     for (int j = 0; j < joints(); ++j) {
       const FrictionMode friction = kPrescribed ? drive.sliding(j, v[6 + j]) : mode[j].friction;
-      ledger.joint_damping -= dt * drive.dry_torque(j, friction, torque[j], v[6 + j]) * v[6 + j];
+      ledger.joint_damping -= dt * drive.dry_torque(j, friction, torque[j], v[6 + j], load[j]) * v[6 + j];
     }
   for (int j = 0; j < joints(); ++j) ledger.stops -= dt * stop[j].torque * v[6 + j];
   for (std::size_t i = 0; i < feet.size(); ++i)
@@ -205,10 +210,11 @@ void Plant<SystemT>::acceleration(const VectorXd& v, const VectorXd& torque, Vec
   for (std::size_t i = 0; i < feet.size(); ++i)
     if (feet[i].active) add_jacobian_transposed(i, feet[i].contact.force, out);
   system.load(mass_upper());
+  if (loaded && dry) find_external(external);
   if (dry)
     for (int j = 0; j < joints(); ++j) {
-      out[6 + j] += drive.dry_torque(j, mode[j].friction, torque[j], v[6 + j]);
-      gear_slopes[j] = drive.gear_response(j, mode[j].friction, torque[j], v[6 + j]);
+      out[6 + j] += drive.dry_torque(j, mode[j].friction, torque[j], v[6 + j], external[j]);
+      gear_slopes[j] = drive.gear_response(j, mode[j].friction, torque[j], v[6 + j], external[j]);
       if (mode[j].stuck()) system.add_diagonal(j, kLock);
     }
   system.factor();
@@ -300,7 +306,7 @@ inline FrictionMode Plant<SystemT>::friction_from_rest(int j, double acceleratio
   const FrictionMode now = mode[j].friction;
   if (now == FrictionMode::forward) return acceleration < 0.0 ? FrictionMode::stuck : now;
   if (now == FrictionMode::backward) return acceleration > 0.0 ? FrictionMode::stuck : now;
-  if (!(std::abs(holding[j]) > drive.holding_limit(j, motor, holding[j]))) return now;
+  if (!(std::abs(holding[j]) > drive.holding_limit(j, motor, holding[j], external[j]))) return now;
   return holding[j] > 0.0 ? FrictionMode::forward : FrictionMode::backward;
 }
 

@@ -146,6 +146,34 @@ class Plant {
   // the next modes. True if there are any.
   bool stop_turned_back(VectorXd& v) const;
 
+  // What acts on the joints (n) but motors, friction and inertial forces, under the contact forces
+  // `force(i)`: gravity and velocity forces, pushes, contacts, stops, N m.
+  template <class Force>
+  void find_external(const Force& force, VectorXd& out) const {
+    out = -bias().tail(joints());
+    for (std::size_t i = 0; i < feet.size(); ++i) {
+      if (!feet[i].active) continue;
+      const Vec3 f = force(i);
+      for (std::size_t k = 0; k < columns(i).size(); ++k)
+        out[Tree::column(columns(i)[k]) - 6] += feet[i].jl.col(k).dot(f);
+    }
+    if constexpr (!kPrescribed)
+      for (int j = 0; j < joints(); ++j) out[j] += stop[j].torque;
+  }
+
+  // The same under the forces at the evaluated state.
+  void find_external(VectorXd& out) const {
+    find_external([this](std::size_t i) { return feet[i].contact.force; }, out);
+  }
+
+  // A contact's leg Jacobian with what gears leave of an external torque on each of its joints.
+  typename System::LegJacobian left_by_gears(std::size_t i, const VectorXd& shares) const {
+    typename System::LegJacobian left = feet[i].jl;
+    for (std::size_t k = 0; k < columns(i).size(); ++k)
+      left.col(k) *= shares[Tree::column(columns(i)[k]) - 6];
+    return left;
+  }
+
   // A row of M times the accelerations (nv), N m.
   double inertial_torque(int joint, const VectorXd& acceleration) const;
 
@@ -166,6 +194,7 @@ class Plant {
   Terrain terrain;
   DriveLaw drive;
   bool dry;  // a joint that is driven has dry friction
+  bool loaded;  // some gear's friction depends on the external load
   Loads loads;
   System system;
   double located_depth = kLocatedTouchDepth;  // m; the same, of the method in use
@@ -178,6 +207,7 @@ class Plant {
   // Contacts keep pressing or are released, stuck or sliding, and on their patch, as they remember.
   bool pieces_frozen = false;
   VectorXd holding;              // torque that stuck joints must hold, N m
+  VectorXd external;             // of `find_external` as last accelerated, where `loaded`, N m
   std::vector<GearResponse> gear_slopes;  // of each joint's gear friction, as last accelerated
   DriveCounters drive_counters;
   Vec3 ground_velocity = Vec3::Zero();

@@ -19,10 +19,10 @@ void prescribed_acceleration(PlantT& plant, const VectorXd& joint_acceleration, 
 }
 
 // Torques of the motors (n) [N m] that give these accelerations (nv) at these rates (nv) under the contact
-// forces `force(i)`.
+// forces `force(i)`; and the external ones on the joints (n), where a gear's friction depends on them.
 template <class PlantT, class Force>
 void reaction_torque(const PlantT& plant, const VectorXd& v, const VectorXd& acceleration,
-                     const Force& force, VectorXd& torque) {
+                     const Force& force, VectorXd& torque, VectorXd& external) {
   for (int j = 0; j < plant.joints(); ++j)
     torque[j] = plant.inertial_torque(j, acceleration) + plant.bias()[6 + j];
   for (std::size_t i = 0; i < plant.feet.size(); ++i) {
@@ -31,8 +31,9 @@ void reaction_torque(const PlantT& plant, const VectorXd& v, const VectorXd& acc
     for (std::size_t k = 0; k < plant.columns(i).size(); ++k)
       torque[Tree::column(plant.columns(i)[k]) - 6] -= plant.feet[i].jl.col(k).dot(f);
   }
+  if (plant.loaded) plant.find_external(force, external);
   for (int j = 0; j < plant.joints(); ++j)
-    torque[j] += plant.drive.resistance_to(j, torque[j], v[6 + j]);
+    torque[j] += plant.drive.resistance_to(j, torque[j], v[6 + j], plant.loaded ? external[j] : 0.0);
 }
 
 // The same under the forces at the evaluated state.
@@ -40,17 +41,19 @@ template <class PlantT>
 void reaction_torque(const PlantT& plant, const VectorXd& v, const VectorXd& acceleration,
                      VectorXd& torque) {
   const auto own = [&plant](std::size_t i) { return plant.feet[i].contact.force; };
-  reaction_torque(plant, v, acceleration, own, torque);
+  VectorXd external;
+  reaction_torque(plant, v, acceleration, own, torque, external);
 }
 
 // Adds the work of these torques (n) at these rates (nv) over a time dt, and what friction takes of it.
 template <class PlantT>
-void add_reaction_work(const PlantT& plant, const VectorXd& v, const VectorXd& torque, double dt,
-                       EnergyLedger& ledger) {
+void add_reaction_work(const PlantT& plant, const VectorXd& v, const VectorXd& torque,
+                       const VectorXd& external, double dt, EnergyLedger& ledger) {
   for (int j = 0; j < plant.joints(); ++j) {
     const double rate = v[6 + j];
     ledger.servo += dt * torque[j] * rate;
-    ledger.joint_damping += dt * plant.drive.resistance(j, torque[j], rate) * rate;
+    const double load = plant.loaded ? external[j] : 0.0;
+    ledger.joint_damping += dt * plant.drive.resistance(j, torque[j], rate, load) * rate;
   }
 }
 

@@ -14,7 +14,8 @@ namespace hexapod {
 
 class JointDrives {
  public:
-  explicit JointDrives(int joints) : set_points_(joints), diagonal_(joints), joints_(joints) {}
+  explicit JointDrives(int joints)
+      : set_points_(joints), diagonal_(joints), external_(VectorXd::Zero(joints)), joints_(joints) {}
 
   // `dry`: a joint has dry friction. `q` and `v` (n) joint angles and rates at the start of a step that ends at `end`. A stuck joint
   // changes its rate by `stop_share` of what would bring the rate used over the step to zero.
@@ -61,6 +62,10 @@ class JointDrives {
     }
   }
 
+  // External torques on the joints (n), N m, that gears' friction depends on: those of the step's start to
+  // begin with, then those of the pass before.
+  VectorXd& external() { return external_; }
+
   const VectorXd& diagonal() const { return diagonal_; }
   bool dry() const { return dry_; }
   bool stuck(int j) const { return joints_[j].friction == FrictionMode::stuck; }
@@ -95,6 +100,21 @@ class JointDrives {
     return found;
   }
 
+  // Takes the external torques (n), N m, found at the rates used over the step; those of stops come to them.
+  // True if the friction of a gear changes by it.
+  bool find_load_changes(const VectorXd& rate, const VectorXd& external) {
+    bool found = false;
+    for (int j = 0; j < rate.size(); ++j) {
+      const FrictionMode mode = joints_[j].friction;
+      const double motor = law_->torque_on(j, joints_[j].limit, demand(j, rate[j]), rate[j]);
+      const double before = law_->dry_torque(j, mode, motor, rate[j], external_[j]);
+      external_[j] = external[j] + stop_torque(j, rate[j]);
+      const double after = law_->dry_torque(j, mode, motor, rate[j], external_[j]);
+      found |= std::abs(after - before) > kLoadSlack * std::abs(after);
+    }
+    return found;
+  }
+
   void accumulate(const VectorXd& rate, EnergyLedger& ledger, DriveCounters& counters) const {
     for (int j = 0; j < rate.size(); ++j) {
       const JointState& joint = joints_[j];
@@ -112,6 +132,9 @@ class JointDrives {
  private:
   static constexpr double kFrictionSlack = 1e-9;  // -, of the round-off in what is left
   static constexpr int kMaxFrictionChanges = 4;   // of one joint in one step
+  // Change of a gear's friction with the external torque for which a step is not solved again, -: it is far
+  // below what a step of this method is off by.
+  static constexpr double kLoadSlack = 1e-4;
 
   struct JointState {
     LimitMode limit = LimitMode::within;
@@ -151,8 +174,8 @@ class JointDrives {
   void linearise_friction(int j, double demand, double rate) {
     JointState& joint = joints_[j];
     const double motor = law_->torque_on(j, joint.limit, demand, rate);
-    const GearResponse slopes = law_->gear_response(j, joint.friction, motor, rate);
-    joint.dry = law_->dry_torque(j, joint.friction, motor, rate);
+    const GearResponse slopes = law_->gear_response(j, joint.friction, motor, rate, external_[j]);
+    joint.dry = law_->dry_torque(j, joint.friction, motor, rate, external_[j]);
     joint.dry_stiffness = law_->stiffness_after(j, joint.limit, slopes) - law_->stiffness_on(j, joint.limit);
     joint.dry_damping = law_->damping_after(j, joint.limit, slopes) - law_->damping_on(j, joint.limit);
     joint.start_rate = rate;
@@ -174,7 +197,8 @@ class JointDrives {
     if (now == FrictionMode::backward) return rate_end > 0.0 ? FrictionMode::stuck : now;
     if (now == FrictionMode::none) return now;
     joint.holding = holding;
-    if (!(std::abs(holding) > law_->holding_limit(j, motor, holding) * (1.0 + kFrictionSlack))) return now;
+    const double limit = law_->holding_limit(j, motor, holding, external_[j]);
+    if (!(std::abs(holding) > limit * (1.0 + kFrictionSlack))) return now;
     return holding > 0.0 ? FrictionMode::forward : FrictionMode::backward;
   }
 
@@ -192,7 +216,7 @@ class JointDrives {
   const DriveLaw* law_ = nullptr;
   double h_ = 0.0, stop_share_ = 1.0;
   bool dry_ = false, switched_ = false;  // a joint has dry friction; is at its limit or a stop
-  VectorXd q_, diagonal_;
+  VectorXd q_, diagonal_, external_;
   SetPoints set_points_;
   std::vector<JointState> joints_;
 };

@@ -32,7 +32,7 @@ class RobustStep {
       : legs_(plant.joints() / 3), drives_(plant.joints()), leg_in_contact_(plant.joints() / 3),
         leg_impulse_(plant.joints() / 3), right_(plant.tree.nv), dv_(plant.tree.nv),
         velocity_used_(plant.tree.nv), xi_(plant.tree.nv), left_(plant.joints()),
-        motion_(plant.joints()), reaction_(VectorXd::Zero(plant.joints())) {}
+        outer_(plant.joints()), motion_(plant.joints()), reaction_(VectorXd::Zero(plant.joints())) {}
 
   // One step from the evaluated state; in halves where something turns so fast that the mass matrix
   // and the Coriolis forces at the start are not accurate enough for the full step.
@@ -90,6 +90,7 @@ class RobustStep {
     else
       drives_.begin(plant.drive, plant.dry, reference, t + h, h, kImplicitness, q.tail(plant.joints()),
                     v.tail(plant.joints()));
+    if (plant.loaded && !PlantT::kPrescribed) plant.find_external(drives_.external());
     find_contacts(plant, t, h, q);
     if (legs_.keeps_any()) solve_and_accept(plant, h, v, any_solver_, ledger);
     else solve_and_accept(plant, h, v, base_solver_, ledger);
@@ -107,6 +108,7 @@ class RobustStep {
       if constexpr (PlantT::kPrescribed) break;
       bool changed = drives_.find_changes(velocity_used_.tail(plant.joints()));
       if (drives_.dry()) changed |= find_friction_changes(plant, h, v);
+      if (plant.loaded) changed |= find_load_changes(plant, h);
       if (!changed || pass == most) break;
       ++solved_again_;
     }
@@ -128,8 +130,8 @@ class RobustStep {
   // Work of the torques that the motion takes.
   void accumulate_reaction(const PlantT& plant, double h, EnergyLedger& ledger) {
     for (int j = 0; j < plant.joints(); ++j)
-      reaction_[j] += plant.drive.resistance_to(j, reaction_[j], velocity_used_[6 + j]);
-    add_reaction_work(plant, velocity_used_, reaction_, h, ledger);
+      reaction_[j] += plant.drive.resistance_to(j, reaction_[j], velocity_used_[6 + j], outer_[j]);
+    add_reaction_work(plant, velocity_used_, reaction_, outer_, h, ledger);
   }
 
   void stop_stuck(const VectorXd& v) {
@@ -144,6 +146,13 @@ class RobustStep {
     for (int j = 0; j < plant.joints(); ++j)
       left_[j] = (free_right_[j] + leg_impulse_[j / 3][j % 3] - plant.inertial_torque(j, dv_)) / w;
     return drives_.find_friction_changes(rate_end_, velocity_used_.tail(plant.joints()), left_);
+  }
+
+  // The same rows but for inertial forces.
+  bool find_load_changes(const PlantT& plant, double h) {
+    for (int j = 0; j < plant.joints(); ++j)
+      outer_[j] = (free_right_[j] + leg_impulse_[j / 3][j % 3]) / (kImplicitness * h);
+    return drives_.find_load_changes(velocity_used_.tail(plant.joints()), outer_);
   }
 
   // Contacts that may have a force in this step; a leg with two of them keeps its joints in the system.
@@ -236,6 +245,7 @@ class RobustStep {
     dv_.setZero();
     for (const auto& c : p.contacts)
       plant.add_jacobian_transposed(c.slot, Vec3(c.axes.transpose() * c.foot.impulse), dv_);
+    outer_ = (free_right_ + dv_.tail(reaction_.size())) / (kImplicitness * h);
     reaction_ = -(free_right_ + dv_.tail(reaction_.size()));
     dv_.template head<6>() = p.v.template head<6>();
     dv_.tail(rate_change_.size()) = rate_change_;
@@ -323,7 +333,7 @@ class RobustStep {
   std::vector<char> leg_in_contact_;     // legs with a contact in the step
   std::vector<Vec3> leg_impulse_;        // J_l^T lambda per leg
   VectorXd right_, dv_, velocity_used_, xi_;
-  VectorXd free_right_, rate_end_, left_;  // of the joints, for dry friction
+  VectorXd free_right_, rate_end_, left_, outer_;  // of the joints, for dry friction
   Vec3 drift_ = Vec3::Zero();
   SetPoints motion_;  // at the end of the step, where it is prescribed
   VectorXd rate_change_, mean_change_, reaction_;

@@ -128,6 +128,11 @@ class Bodies:
         holding[locked] = (mass @ out - rest)[6:][locked]
         return out, holding
 
+    def outer_torque(self, q: Array, v: Array) -> Array:
+        """Return what gravity, velocity forces and outer forces give the joints (n,) [N m]."""
+        still = pin.rnea(self.model, self._data, q, v, np.zeros(len(v)), self._outer)
+        return np.asarray(-still[6:])
+
     def driven(self, q: Array, v: Array, acceleration: Array) -> tuple[Array, Array]:
         """Return v' (nv,) and the torques (n,) [N m] of joints with given accelerations.
 

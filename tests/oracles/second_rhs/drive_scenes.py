@@ -8,6 +8,7 @@ import numpy as np
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.joint_trajectory import TrajectoryKind
+from hexapod_pin.drive.gear_friction import GearFriction
 from hexapod_pin.drive.joint_stops import JointStops
 from hexapod_pin.drive.motor import Motor
 from hexapod_pin.drive.servo import Servo
@@ -61,6 +62,14 @@ def drive_scenes() -> dict[str, LawScene]:
         viscous_friction=0.003, rotor_inertia=2e-7, gear_ratio=60.0,
     )  # fmt: skip
     dry = motor.model_copy(update={"dry_friction": 0.05})
+    gear = Servo(kp=8.0, kd=0.05, motor=Motor(
+        stall_torque=0.5, no_load_speed=6.0, rotor_inertia=2e-7, gear_ratio=60.0,
+        gear_friction=GearFriction(
+            coulomb=0.005, stribeck=0.01, motor=0.1, load=0.15, motor_stribeck=0.05,
+            load_stribeck=0.2, motor_quadratic=0.02, load_quadratic=0.05, stribeck_speed=2.0,
+            external_load=True,
+        ),
+    ))  # fmt: skip
     hard = JointStops(stiffness=60.0, dissipation=0.4)
     out = set_points("held", reach=3.0)
     scenes = [
@@ -74,6 +83,11 @@ def drive_scenes() -> dict[str, LawScene]:
         floating("dry friction, moving", SOFT, robot=monopod(dry=0.15),
                  rates=np.array([3.0, -2.0, 0.0])),
         floating("line and dry friction", Servo(kp=20.0, kd=0.1, motor=dry)),
+        floating("gear friction, moving", gear, rates=np.array([3.0, -2.0, 1.0])),
+        floating("landing with gear friction", gear, height=0.047, contact=Contact.accurate(),
+                 duration=0.04),
+        floating("gear friction and stops", gear, points=out, stops=hard,
+                 rates=np.array([12.0, -16.0, 14.0])),
         floating("stops", SOFT, points=out, stops=hard, rates=np.array([12.0, -16.0, 14.0])),
         floating("elastic stops", SOFT, points=out, stops=JointStops(stiffness=200.0),
                  rates=np.array([12.0, -16.0, 14.0])),

@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hexapod_pin.arrays import Array
+from hexapod_pin.errors import ParameterError
 
 if TYPE_CHECKING:
+    from hexapod_pin.drive.gear_friction import GearFriction
     from hexapod_pin.scene.scene import Scene
 
 NO_LIMIT = 1e300
@@ -57,6 +59,7 @@ class JointDrives:
         self.cap = np.array(robot.effort_limit) if servo.limited else np.full(n, NO_LIMIT)
         self.stall, self.slope = np.full(n, NO_LIMIT), np.zeros(n)
         self.viscous, self.level = np.array(robot.damping), np.array(robot.friction)
+        self.gears: dict[int, GearFriction] = {}
         for j, motor in enumerate(servo.motors(robot)):
             if motor is None:
                 continue
@@ -64,8 +67,12 @@ class JointDrives:
             self.slope[j] = motor.stall_torque / motor.no_load_speed
             self.viscous[j] += motor.viscous_friction
             self.level[j] += motor.dry_friction
+            if motor.gear_friction is not None:
+                self.gears[j] = _written(motor.gear_friction)
             if motor.peak_torque is not None:
                 self.cap[j] = min(self.cap[j], motor.peak_torque)
+        self.dry = self.level > 0.0
+        self.dry[list(self.gears)] = True
         self.cap = np.minimum(self.cap, NO_LIMIT)
         self.lower = np.maximum(robot.lower, -NO_LIMIT)
         self.upper = np.minimum(robot.upper, NO_LIMIT)
@@ -83,14 +90,34 @@ class JointDrives:
         """Return the torque asked of the motors [N m]."""
         return self.kp * (to[0] - angle) + self.kd * (to[1] - rate)
 
-    def torque(self, modes: JointModes, angle: Array, rate: Array, demand: Array) -> Array:
-        """Return all torque at the joints but what holds the stuck ones [N m]."""
+    def torque(
+        self, modes: JointModes, angle: Array, rate: Array, demand: Array, outer: Array
+    ) -> Array:
+        """Return all torque at the joints but what holds the stuck ones [N m].
+
+        Args:
+            modes: the pieces of the laws.
+            angle: of the joints [rad].
+            rate: of the joints [rad/s].
+            demand: torque asked of the motors [N m].
+            outer: what acts on the joints but drives, stops and inertial forces [N m].
+        """
+        motor, stop = self._motor(modes, rate, demand), self._stop(modes, angle, rate)
+        friction = self._friction(modes.dry, motor, rate, outer + stop)
+        return motor - self.viscous * rate - modes.dry * friction + stop
+
+    def _motor(self, modes: JointModes, rate: Array, demand: Array) -> Array:
         side = np.sign(modes.limit)
         edge = side * self.stall - self.slope * rate
-        motor = np.where(
-            modes.limit == WITHIN, demand, np.where(abs(modes.limit) == CAP, side * self.cap, edge)
-        )
-        return motor - self.viscous * rate - modes.dry * self.level + self._stop(modes, angle, rate)
+        beyond = np.where(abs(modes.limit) == CAP, side * self.cap, edge)
+        return np.where(modes.limit == WITHIN, demand, beyond)
+
+    def _friction(self, sign: Array, motor: Array, rate: Array, external: Array) -> Array:
+        """Return the level of friction of joints that move along a sign, or are about to [N m]."""
+        level = self.level.copy()
+        for j, gear in self.gears.items():
+            level[j] += _by_bam(gear, sign[j] * motor[j], sign[j] * external[j], sign[j] * rate[j])
+        return level
 
     def _stop(self, modes: JointModes, angle: Array, rate: Array) -> Array:
         side = np.sign(modes.stop)
@@ -108,17 +135,18 @@ class JointDrives:
         side = np.where(self.stop_stiffness > 0.0, side, 0)
         pushes = 1.0 + self.stop_gain * side * rate > 0.0
         stop = side * np.where(pushes, PRESSED, RELEASED)
-        dry = np.where(self.level > 0.0, np.sign(rate), 0.0)
+        dry = np.where(self.dry, np.sign(rate), 0.0)
         return JointModes(limit, stop, dry)
 
     def stuck(self, modes: JointModes) -> Array:
         """Return which joints dry friction holds at rest."""
-        stuck: Array = (self.level > 0.0) & (modes.dry == 0)
+        stuck: Array = self.dry & (modes.dry == 0)
         return stuck
 
     def switches(
-        self, modes: JointModes, angle: Array, rate: Array, demand: Array, holding: Array
-    ) -> Array:
+        self, modes: JointModes, angle: Array, rate: Array, demand: Array, outer: Array,
+        holding: Array,
+    ) -> Array:  # fmt: skip
         """Return numbers that are positive inside the modes: limits, stops, dry friction (3 n,)."""
         high, low = self.stall - self.slope * rate, -self.stall - self.slope * rate
         within = np.minimum(self.cap - abs(demand), np.minimum(high - demand, demand - low))
@@ -129,8 +157,10 @@ class JointDrives:
         kind = abs(modes.limit)
         limit = np.where(kind == WITHIN, within, np.where(kind == LINE, line, cap))
         moving = modes.dry * rate + REST_RATE
-        dry = np.where(modes.dry == 0, self.level - abs(holding), moving)
-        dry = np.where(self.level > 0.0, dry, NO_LIMIT)
+        motor, external = self._motor(modes, rate, demand), outer + self._stop(modes, angle, rate)
+        most = self._friction(-np.sign(holding), motor, np.zeros_like(rate), external)
+        dry = np.where(modes.dry == 0, most - abs(holding), moving)
+        dry = np.where(self.dry, dry, NO_LIMIT)
         return np.concatenate([limit, self._stop_switch(modes, angle, rate), dry])
 
     def _stop_switch(self, modes: JointModes, angle: Array, rate: Array) -> Array:
@@ -162,3 +192,26 @@ class JointDrives:
             stop=np.where(stop, found.stop, old.stop), dry=moved,
         )  # fmt: skip
         return new, stops
+
+
+def _by_bam(gear: GearFriction, motor: float, load: float, speed: float) -> float:
+    """Return BAM's M6 of a motor torque and an external load along the motion [N m]."""
+    fade = float(np.exp(-((max(speed, 0.0) / gear.stribeck_speed) ** gear.stribeck_exponent)))
+    slow = gear.stribeck + abs(gear.load_stribeck * load - gear.motor_stribeck * motor)
+    if motor * load < 0.0:
+        if abs(load) < abs(motor):
+            slow += gear.load_quadratic * load**2
+        elif abs(load) > abs(motor):
+            slow += gear.motor_quadratic * motor**2
+    return gear.coulomb + abs(gear.load * load - gear.motor * motor) + fade * slow
+
+
+def _written(gear: GearFriction) -> GearFriction:
+    """Return a gear whose load is external.
+
+    Raises:
+        ParameterError: its load is what it passes on, which is not written here.
+    """
+    if not gear.external_load:
+        raise ParameterError("GearFriction.external_load", False, "True in this right-hand side")
+    return gear

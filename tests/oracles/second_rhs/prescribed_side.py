@@ -28,7 +28,8 @@ class PrescribedSide(RightHandSide):
             ParameterError: a joint with friction of its own, which is not written here.
         """
         super().__init__(scene)
-        for name, values in (("damping", self.drives.viscous), ("friction", self.drives.level)):
+        rubbing = self.drives.dry * 1.0
+        for name, values in (("damping", self.drives.viscous), ("friction", rubbing)):
             if values.any():
                 raise ParameterError(f"Robot.{name}", values.max(), "0 where joints are prescribed")
         self.drives.lose(list(range(len(self.drives.kp))))
@@ -36,10 +37,11 @@ class PrescribedSide(RightHandSide):
 
     def joint_motion(
         self, time: float, q: Array, v: Array, modes: Modes
-    ) -> tuple[Array, tuple[Array, Array, Array], Array]:
-        """Return v', (angles, rates, torques asked of servos: none), and the reactions [N m]."""
+    ) -> tuple[Array, tuple[Array, Array, Array, Array], Array]:
+        """Return v', (angles, rates, no torques of servos, no others), and the reactions [N m]."""
         acceleration, torque = self.bodies.driven(q, v, self.set_points(time)[2])
-        return acceleration, (q[7:], v[6:], np.zeros_like(torque)), torque
+        none = np.zeros_like(torque)
+        return acceleration, (q[7:], v[6:], none, none), torque
 
 
 class TorquePeaks:

@@ -40,14 +40,15 @@ class Evaluation:
     Attributes:
         rate: y'.
         contacts: the contacts.
-        joints: angles, rates and torques asked of the motors, (n,) each [rad, rad/s, N m].
+        joints: angles, rates, torques asked of the motors, and what acts on the joints but
+            drives, stops and inertial forces, (n,) each [rad, rad/s, N m, N m].
         holding: torques that hold joints stuck by dry friction, or all torques of prescribed joints
             (n,) [N m].
     """
 
     rate: Array
     contacts: list[ContactState]
-    joints: tuple[Array, Array, Array]
+    joints: tuple[Array, Array, Array, Array]
     holding: Array
 
 
@@ -104,14 +105,15 @@ class RightHandSide:
 
     def joint_motion(
         self, time: float, q: Array, v: Array, modes: Modes
-    ) -> tuple[Array, tuple[Array, Array, Array], Array]:
+    ) -> tuple[Array, tuple[Array, Array, Array, Array], Array]:
         """Return v', the joints and the holding torques of an evaluation."""
         angle, rate = q[7:], v[6:]
         demand = self.drives.demand(angle, rate, self.set_points(time))
-        torque = self.drives.torque(modes.joints, angle, rate, demand)
+        outer = self.bodies.outer_torque(q, v) if self.drives.gears else np.zeros_like(angle)
+        torque = self.drives.torque(modes.joints, angle, rate, demand, outer)
         locked = self.drives.stuck(modes.joints)
         acceleration, holding = self.bodies.acceleration(q, v, torque, locked)
-        return acceleration, (angle, rate, demand), holding
+        return acceleration, (angle, rate, demand, outer), holding
 
     def switches(self, modes: Modes, at: Evaluation) -> Array:
         """Return the switching functions: of all contacts, then of the joints; positive inside."""
@@ -149,8 +151,8 @@ class RightHandSide:
             for k, mode in enumerate(modes.contacts)
         )  # fmt: skip
         joints, stopped = self.drives.next_modes(
-            modes.joints, switches[SWITCHES * len(contacts) :], self.drives.modes(*behind.joints),
-            behind.holding,
+            modes.joints, switches[SWITCHES * len(contacts) :],
+            self.drives.modes(*behind.joints[:3]), behind.holding,
         )  # fmt: skip
         y[self.nq + 6 : self.nq + self.nv][stopped] = 0.0
         for k, (old, new) in enumerate(zip(modes.contacts, contacts, strict=True)):
