@@ -198,6 +198,12 @@ REFUSALS = {
     "negative stiffness": (("walk", "kharagpur", "--kp", "-1"), "kp"),
     "step of zero": ((*WALK, "--step", "0"), "step"),
     "endless duration": ((*WALK, "--duration", "inf"), "duration"),
+    "no duration": ((*WALK, "--duration", "0"), "--duration = 0.0: must be above 0 s. Left out"),
+    "short option": (
+        ("walk", "kharagpur", "-o", "x"),
+        "No such option: -o (Possible options: --out)",
+    ),
+    "short option without value": (("repair", "a.urdf", "-o"), "Option '-o' requires an argument"),
     "no number": (("walk", "kharagpur", "--stroke", "wide"), "--stroke"),
     "missing trace": (("budget", "nowhere.nc"), "nowhere.nc"),
     "missing trace to view": (("view", "nowhere.nc"), "nowhere.nc"),

@@ -53,10 +53,19 @@ def _usage_errors() -> Iterator[None]:
     try:
         yield
     except _ClickError as error:
+        _name_options(error)
         text = io.StringIO()
         error.show(file=text)
         echo(text.getvalue().removesuffix("\n"), err=True)
         sys.exit(error.exit_code)
+
+
+def _name_options(error: Any) -> None:
+    """Have an error of an unknown short option name those that begin with its letter."""
+    name, context = getattr(error, "option_name", ""), getattr(error, "ctx", None)
+    if context is not None and len(name) == len("-o") and hasattr(error, "possibilities"):
+        options = [text for one in context.command.params for text in one.opts]
+        error.possibilities = [text for text in options if text.startswith(f"-{name}")]
 
 
 class _Commands(TyperGroup):

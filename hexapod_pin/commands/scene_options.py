@@ -172,14 +172,20 @@ LONGEST_STEP = 0.1
 """Integration step above which milliseconds are suspected [s] (*assumed*): feet land in less."""
 
 
-def require_seconds(cycle_time: float | None, step: float | None, force: bool) -> None:
+def require_seconds(
+    cycle_time: float | None, step: float | None, duration: float | None, force: bool
+) -> None:
     """Refuse a cycle time or step [s] that is none that robots walk with, unless it is forced.
 
-    A step that is forced must still divide the cycle.
+    A step that is forced must still divide the cycle. A duration [s] must be above 0: at once no
+    robot walks.
 
     Raises:
-        ParameterError: one is above `LONGEST_CYCLE` or `LONGEST_STEP`.
+        ParameterError: one is above `LONGEST_CYCLE` or `LONGEST_STEP`, or the duration is 0.
     """
+    if duration == 0.0:
+        hint = "Left out, it is as long as a steady walk needs."
+        raise ParameterError("--duration", duration, "above 0 s", hint)
     for option, value, most in (
         ("--cycle-time", cycle_time, LONGEST_CYCLE),
         ("--step", step, LONGEST_STEP),

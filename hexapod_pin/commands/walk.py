@@ -238,7 +238,7 @@ def walk(
     loaded = load_robot(robot, options=options)
     announce("planning the gait")
     name = gait or default_gait(loaded)
-    require_seconds(cycle_time, step, force)
+    require_seconds(cycle_time, step, duration, force)
     numbers = given(cycle_time=cycle_time, duty=duty, lift=lift, speed=speed)
     turning = {"heading": math.radians(heading), "turn_rate": math.radians(turn_rate)}
     radians = posture_doubt(posture)
