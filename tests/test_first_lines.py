@@ -335,7 +335,8 @@ def test_options_in_milliseconds_millimetres_or_without_a_kind_are_named(
         ({"lf": "rf", "rf": "lf"}, "legs rf, lf stand on the other side"),
         (
             {side + row: other + row for side, other in ("lr", "rl") for row in "fmr"},
-            "left and right legs are exchanged (upside down?)",
+            "left and right legs are exchanged: it lies on its back (turn its root link over), or "
+            "the legs' names are wrong (--forward=x)",
         ),
         ({}, ""),
     ],
@@ -351,7 +352,8 @@ def test_legs_on_the_other_side_than_their_names_say_are_named(
                 if leg in names:
                     element.set(key, f"{names[leg]}_{part}")
 
-    assert hp.load_robot(written(tmp_path, exchange)).caution == said
+    robot = hp.load_robot(written(tmp_path, exchange))
+    assert "".join((robot.caution, *robot.doubts)) == said
 
 
 def test_a_joint_that_the_files_own_posture_leaves_outside_its_limits_is_named(

@@ -10,12 +10,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import Run
 from leg_robots import COXA, FEMUR, RADIUS, TIBIA, joint, legged, link
 from refusals import refused
 from rewriting.steps import about_z, found
 from synthetic import synthetic_trace
 
 from hexapod_pin.arrays import Array
+from hexapod_pin.commands.terminal import DOES_NOT_WALK
 from hexapod_pin.errors import UrdfError
 from hexapod_pin.results.walk_answer import walk_answer
 from hexapod_pin.robot.description.leg_names import leg_names
@@ -26,6 +28,7 @@ from hexapod_pin.robot.recognition.directions import middle_lines
 from hexapod_pin.robot.recognition.layout import RobotHints
 from hexapod_pin.robot.recognition.recognise import recognise
 from hexapod_pin.robot.robot import load_robot
+from hexapod_pin.robot.robot_source import urdf_path
 
 FINDER = ResourceFinder(Path("none.urdf"))
 
@@ -92,6 +95,22 @@ def test_a_caution_stands_in_the_first_line_with_and_without_doubts() -> None:
     assert f", {warned.caution}, " in warned.headline + ", "
     verdict = replace(plain.verdict, doubts=("inertias look like g m^2, not SI units",))
     assert replace(warned, verdict=verdict).headline.endswith(f"not SI units; {warned.caution}")
+
+
+def test_a_robot_on_its_back_does_not_pass_for_one_that_walks(run: Run, tmp_path: Path) -> None:
+    """It walked with status 0, and "(upside down?)" stood among other remarks."""
+    text = urdf_path("kharagpur").read_text(encoding="utf-8")
+    up = text.replace('angle="1.57', 'angle="-1.57').replace('lower="0"', 'lower="-2.8"')
+    (tmp_path / "robot.urdf").write_text(up, encoding="utf-8")
+    walk = ("walk", "robot.urdf", "--quick", "--no-html")
+    done = run(*walk)
+    assert done.status == DOES_NOT_WALK and " ".join(done.out.split()).startswith(
+        "kharagpur: torques are NOT to be trusted: left and right legs are exchanged: it lies on "
+        "its back (turn its root link over), or the legs' names are wrong (--forward=x) it walks "
+        "with these numbers; no motor can be sized by it until that is decided "
+    )
+    done = run(*walk, "--forward=x")
+    assert done.status == 0 and "exchanged" not in done.out
 
 
 def test_a_stated_direction_along_a_line_as_long_is_as_good() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,7 +11,7 @@ import numpy as np
 from hexapod_pin.errors import HexapodError, ParameterError, UrdfError
 from hexapod_pin.robot.description.urdf_file import UrdfFile, parse_urdf
 from hexapod_pin.robot.loading.backlash import with_backlash
-from hexapod_pin.robot.loading.load_options import LoadOptions, read_hints
+from hexapod_pin.robot.loading.load_options import LoadOptions, forward_hint, read_hints
 from hexapod_pin.robot.reading.resources import ResourceFinder
 from hexapod_pin.robot.reading.robot_text import read_robot_text
 from hexapod_pin.robot.recognition.feet import GUESSED
@@ -22,6 +23,7 @@ from hexapod_pin.robot.recognition.layout import (
     layout_stated,
 )
 from hexapod_pin.robot.recognition.recognise import recognise
+from hexapod_pin.robot.recognition.sides import EXCHANGED
 from hexapod_pin.robot.repair.find_all import check_urdf
 from hexapod_pin.robot.repair.measures import LinkSolids, Measures
 from hexapod_pin.robot.repair.units import mesh_slips
@@ -83,8 +85,11 @@ def loaded(read: SourceFile, options: LoadOptions, layout: RobotLayout | None = 
     _require_feet_of_a_size(file, options)
     if layout is None:
         layout = _recognised(file, finder, options, doubts)
-    for doubt in (_mesh_unit(file, finder, layout), _guessed_feet(layout)):
+    unsure = (_mesh_unit(file, finder, layout), _guessed_feet(layout), _on_its_back(layout))
+    for doubt in unsure:
         doubts = doubts if not doubt or doubt in doubts else (doubt, *doubts)
+    if layout.caution == EXCHANGED:  # it is one of the doubts
+        layout = replace(layout, caution="")
     file = annotate_urdf(file, layout)
     if options.backlash:
         file, layout = with_backlash(file, layout, options.backlash)
@@ -144,6 +149,16 @@ def _guessed_feet(layout: RobotLayout) -> str:
     """Return the doubt that feet are guessed, as the meshes of their links are not found."""
     count = sum(f"{GUESSED}: " in text for text in layout.inferred)
     return "feet are guessed: their meshes are not found (--package-path)" if count else ""
+
+
+def _on_its_back(layout: RobotLayout) -> str:
+    """Return the doubt that a robot lies on its back, as left and right legs are exchanged."""
+    if layout.caution != EXCHANGED:
+        return ""
+    return (
+        f"{EXCHANGED}: it lies on its back (turn its root link over), or "
+        f"the legs' names are wrong (--forward={forward_hint(layout.turn)})"
+    )
 
 
 def _require_feet_of_a_size(file: UrdfFile, options: LoadOptions) -> None:

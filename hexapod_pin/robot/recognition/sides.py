@@ -15,6 +15,10 @@ from hexapod_pin.robot.recognition.directions import (
 
 WORD = re.compile(r"(?<![a-z])(left|right)(?![a-z])")
 
+EXCHANGED = "left and right legs are exchanged"
+"""Every leg stands on the other side than its name says: the robot lies on its back, or names are
+wrong."""
+
 
 def side_doubt(names: Sequence[Sequence[str]], left: Sequence[bool], front_known: bool) -> str:
     """Return that legs stand on the other side than their names say, or are odd; mostly nothing.
@@ -32,7 +36,7 @@ def side_doubt(names: Sequence[Sequence[str]], left: Sequence[bool], front_known
     if len(known) < FEWEST or not wrong:
         return ""
     if len(wrong) == len(known):
-        return "left and right legs are exchanged (upside down?)" if front_known else ""
+        return EXCHANGED if front_known else ""
     if 2 * len(wrong) >= len(known):
         return ""
     called = ", ".join((sides[k] or ("", ""))[1] for k in wrong)
