@@ -221,6 +221,9 @@ def test_a_sound_file_is_copied_to_the_byte(run: Run, tmp_path: Path) -> None:
     (tmp_path / "sound.urdf").write_bytes(data)
     assert "nothing to repair" in run("repair", "sound.urdf", "-o", "copy.urdf").out
     assert (tmp_path / "copy.urdf").read_bytes() == data
+    assert "nothing to repair" in run("repair", "athena", "-o", "athena.urdf").out
+    assert (tmp_path / "athena.urdf").read_bytes() == hp.urdf_path("athena").read_bytes()
+    assert "no robot named 'atena'; known: " in run("repair", "atena", "-o", "b.urdf").err
 
 
 def test_refusals(run: Run, tmp_path: Path) -> None:

@@ -197,13 +197,13 @@ def _mjcf(source: Source, path: Path) -> list[str]:
 
 def _urdf(source: Source, path: Path) -> list[str]:
     """Write the repaired URDF of a robot, as `hexapod-pin repair`."""
-    from hexapod_pin.robot.robot_source import PACKAGED, urdf_path
+    from hexapod_pin.robot.robot_source import robot_path
 
     if source.kind != "robot":
         raise ParameterError("WHAT", source.what, "a robot for .urdf, not a case or a trace")
     names = ("mass", "density", "effort", "velocity")
     numbers = given(**{name: getattr(source.options, name) for name in names})
-    file = urdf_path(source.what) if source.what in PACKAGED else Path(source.what)
+    file = robot_path(source.what)
     write_repaired(source.context, file, path, source.options, numbers)
     return []
 

@@ -80,7 +80,10 @@ Velocity = Annotated[
 @with_groups
 def repair(
     context: typer.Context,
-    file: Annotated[Path, typer.Argument(help="The URDF to repair; it is not touched.")],
+    file: Annotated[
+        str,
+        typer.Argument(help="The URDF to repair, or kharagpur or athena; it is not touched."),
+    ],
     out: Annotated[Path, typer.Option("-o", "--out", help="The repaired URDF to write.")],
     *,
     mass: Mass = None,
@@ -96,13 +99,14 @@ def repair(
     """
     announce(f"reading {file}")
     from hexapod_pin.commands.output_files import writable
+    from hexapod_pin.robot.robot_source import robot_path
 
     path = writable("--out", out)
     hints = loading.options()
     options = given(
         mass=mass, density=density, effort=torque_limit(effort), velocity=speed_limit(velocity)
     )
-    write_repaired(context, file, path, hints, options)
+    write_repaired(context, robot_path(file), path, hints, options)
 
 
 def write_repaired(

@@ -38,12 +38,14 @@ def absolute(path: str | Path) -> str:
 
 
 def robot_path(source: str | Path) -> Path:
-    """Return the file meant by a path, or by the name of a robot of an installed package.
+    """Return the file meant by a path, or by the name of a robot: packaged, or of a plugin.
 
     Raises:
         UnknownNameError: a bare name that is no file, and that no robot has.
         UserCodeError: the package that has the robot cannot be loaded.
     """
+    if source in PACKAGED:
+        return urdf_path(str(source))
     path = user_path(source)
     name_only = isinstance(source, str) and path.name == source and not path.suffix
     if name_only and not os.path.exists(path):

@@ -20,7 +20,7 @@ from hexapod_pin.robot.repair.find_all import check_urdf, find_all
 from hexapod_pin.robot.repair.finding import Finding, finding_lines, places_text
 from hexapod_pin.robot.repair.measures import LinkSolids, Measures
 from hexapod_pin.robot.robot import Leg, Robot, robot_of
-from hexapod_pin.robot.robot_source import PACKAGED, robot_path, urdf_path
+from hexapod_pin.robot.robot_source import robot_path
 
 
 @dataclass(frozen=True)
@@ -178,7 +178,7 @@ def inspect(
         UnknownNameError: a hint names no link or joint of a sound file.
         ParameterError: a hints file that cannot be read.
     """
-    path = urdf_path(str(source)) if source in PACKAGED else robot_path(source)
+    path = robot_path(source)
     arguments = LoadOptions(feet=None if feet is None else tuple(feet))
     arguments = arguments if options is None else arguments.over(options)
     given = arguments.over(read_hints(path)).model_copy(update={"repair": False})
