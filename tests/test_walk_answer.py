@@ -95,18 +95,23 @@ def test_feet_that_are_dragged_are_no_walk_but_of_legs_without_torque() -> None:
 
 
 def test_a_motor_without_mass_of_many_times_the_need_is_doubted() -> None:
-    """10 kgf cm read as 10 N m: no rule refuses it, for a large motor has as much."""
+    """10 kgf cm read as 10 N m: no rule refuses it, for a large motor has as much.
+
+    A gear that was forgotten was not named either.
+    """
     robot = hp.load_robot("kharagpur")
     found = {}
-    for stall in (3.0, 10.0):
-        servo = hp.Servo.for_robot(robot).model_copy(
-            update={"motor": hp.Motor(stall_torque=stall, no_load_speed=6.0)}
-        )
+    motors = ((3.0, 6.0, 0.0), (10.0, 6.0, 0.0), (2.0, 600.0, 0.0), (4.0, 6.0, 2e-7))
+    for stall, speed, rotor in motors:
+        motor = hp.Motor(stall_torque=stall, no_load_speed=speed, rotor_inertia=rotor)
+        servo = hp.Servo.for_robot(robot).model_copy(update={"motor": motor})
         gait = hp.KinematicControl(hp.Gait.tripod(stroke=0.04, cycle_time=0.6))
         run = hp.simulate(hp.Scene(robot, servo=servo), gait, duration=1.3, accuracy=1e-3)
         found[stall] = cautions(run, None)
     assert found[3.0] == ()
     assert re.match(r"motors of 10 N m, \S+ needed \(kgf cm\?\)", found[10.0][0])
+    assert found[2.0] == ("motors of 600 rad/s (before the gear? rpm?)",)
+    assert found[4.0] == ("rotors of 2e-07 kg m^2 at gear ratio 1 (forgotten?)",)
 
 
 def test_inertias_in_another_unit_are_in_the_first_line(run: Run, tmp_path: Path) -> None:

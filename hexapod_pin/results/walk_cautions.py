@@ -44,7 +44,7 @@ def cautions(trace: Trace, slip: Slip | None) -> tuple[str, ...]:
     if (sunk := sinking(trace)) is not None:
         found.append(f"feet sink {1e3 * sunk.depth:.2g} mm, lift {1e3 * sunk.lift:.0f} mm")
     found += [gravity_doubt(trace.run.gravity)] * bool(gravity_doubt(trace.run.gravity))
-    return (*found, *_fixed_steps(trace), *_odd_gains(trace), *_reserve(trace))
+    return (*found, *_fixed_steps(trace), *_odd_gains(trace), *_reserve(trace), *_no_gear(trace))
 
 
 SLOWEST_SERVO, LIVELIEST_SERVO = 1.0, 0.005
@@ -109,6 +109,24 @@ def _reserve(trace: Trace) -> tuple[str, ...]:
 
 LEAST_KGF_CM = 0.5
 """Of the largest torque of a run, what the motor would give at least if kgf cm were meant [-]."""
+
+
+LIGHTEST_ROTOR = 1e-5
+"""Moment of inertia of a rotor over the stall torque at its joint, below which it stands behind a
+gear [s^2] (*assumed*): at gear ratio 1 direct drives have 1e-4 and more."""
+
+
+def _no_gear(trace: Trace) -> tuple[str, ...]:
+    """Return that a motor has the speed, or the rotor, of one before its gear; mostly nothing."""
+    scene = trace.run.scene
+    motor = None if scene is None else scene.servo.motor
+    if not isinstance(motor, Motor):
+        return ()
+    if motor.no_load_speed > HIGHEST_SPEED:
+        return (f"motors of {motor.no_load_speed:.4g} rad/s (before the gear? rpm?)",)
+    if 0.0 < motor.armature < LIGHTEST_ROTOR * motor.stall_torque and motor.gear_ratio == 1.0:
+        return (f"rotors of {motor.rotor_inertia:.2g} kg m^2 at gear ratio 1 (forgotten?)",)
+    return ()
 
 
 # Limits of the robot's own file that no motor has.

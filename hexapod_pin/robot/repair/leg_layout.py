@@ -38,6 +38,7 @@ def layout_findings(measures: Measures, moved: Sequence[Joint]) -> Iterator[Find
         moved: joints at another distance from their neighbours than in other legs, which is said.
     """
     yield from _counts(measures)
+    yield from _types(measures)
     yield from _mirror(measures, moved)
     yield from _light(measures)
 
@@ -73,6 +74,23 @@ def _counts(measures: Measures) -> Iterator[Finding]:
         count = odd[short[0]]
         value = f"moves {count} joint{'s' * (count > 1)}, {usual} in other legs"
         yield _by_hand(f"link {short[0]!r}", value, "correct its joints by hand")
+
+
+SLIDING = {"revolute", "prismatic"}
+"""Types of a joint of which one leg has the other one: it is taken for no leg."""
+
+
+def _types(measures: Measures) -> Iterator[Finding]:
+    """Yield that a joint of one leg slides where those of all others, an odd number, turn."""
+    for count in {len(chain) for chain in measures.chains}:
+        for joints in zip(*(x for x in measures.chains if len(x) == count), strict=True):
+            types = [joint.kind for joint in joints]
+            usual = max(types, key=types.count)
+            odd = [joint for joint in joints if joint.kind != usual]
+            others = len(joints) - len(odd)
+            if len(odd) == 1 and set(types) == SLIDING and others >= FEWEST_LIKE - 1 and others % 2:
+                value = f"type {odd[0].kind}, {usual} in other legs"
+                yield _by_hand(f"joint {odd[0].name!r}", value, "correct its type by hand")
 
 
 def _evened(usual: int, count: int) -> bool:
