@@ -336,7 +336,7 @@ def test_options_in_milliseconds_millimetres_or_without_a_kind_are_named(
         (
             {side + row: other + row for side, other in ("lr", "rl") for row in "fmr"},
             "left and right legs are exchanged: it lies on its back (turn its root link over), or "
-            "the legs' names are wrong (--forward=x)",
+            "the legs' names are wrong (--forward=x takes it as it is)",
         ),
         ({}, ""),
     ],

@@ -106,11 +106,33 @@ def test_a_robot_on_its_back_does_not_pass_for_one_that_walks(run: Run, tmp_path
     done = run(*walk)
     assert done.status == DOES_NOT_WALK and " ".join(done.out.split()).startswith(
         "kharagpur: torques are NOT to be trusted: left and right legs are exchanged: it lies on "
-        "its back (turn its root link over), or the legs' names are wrong (--forward=x) it walks "
-        "with these numbers; no motor can be sized by it until that is decided "
+        "its back (turn its root link over), or the legs' names are wrong (--forward=x takes it as "
+        "it is) it walks with these numbers; no motor can be sized by it until that is decided "
     )
     done = run(*walk, "--forward=x")
     assert done.status == 0 and "exchanged" not in done.out
+
+
+@pytest.mark.parametrize(
+    ("shifted", "far"),
+    [({"lf", "lm", "lr"}, 100.0), ({"rf", "rr"}, 100.0), ({"lf", "lm", "lr"}, 5.0), (set(), 0.0)],
+)
+def test_hips_of_one_side_that_are_shifted_alike_are_named(
+    shifted: set[str], far: float, tmp_path: Path
+) -> None:
+    """Each leg was like the others, and no hip was alone; 5 mm are 3 % of the layout."""
+    root = ET.fromstring(urdf_path("kharagpur").read_text(encoding="utf-8"))
+    for name in shifted:
+        [origin] = root.iterfind(f"joint[@name='{name}_coxa_joint']/origin")
+        x, y, z = map(float, origin.get("xyz", "").split())
+        origin.set("xyz", f"{x + 1e-3 * far!r} {y!r} {z!r}")
+    path = tmp_path / "robot.urdf"
+    path.write_text(ET.tostring(root, encoding="unicode"), encoding="utf-8")
+    said = f"left and right legs differ: hips of the left are up to {far:g} mm from the mirror "
+    said += "images of those of the right (--forward=x takes it as it is)"
+    robot = load_robot(path)
+    assert (said in robot.doubts) == (said in robot.notes) == (far > 10.0)
+    assert said not in load_robot(path, forward="x").doubts
 
 
 def test_a_stated_direction_along_a_line_as_long_is_as_good() -> None:

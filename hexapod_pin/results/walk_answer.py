@@ -29,7 +29,6 @@ from hexapod_pin.results.stability import stability
 from hexapod_pin.results.torque_budget import TorqueBudget, torque_budget
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.walk_verdict import WalkVerdict, lost_text, walk_verdict
-from hexapod_pin.robot.recognition.sides import EXCHANGED
 from hexapod_pin.text_table import WIDTH, Cell, Table, folded
 
 DIGITS = 3
@@ -142,7 +141,7 @@ class WalkAnswer(Immutable):
             cure = "--repair mends what it can, `hexapod-pin check` explains"
             if not verdict.doubts:
                 cure = "its accuracy was not kept: no motor can be sized by it"
-            elif all(text.startswith(EXCHANGED) for text in verdict.untrusted):
+            elif all(text.startswith("left and right ") for text in verdict.untrusted):
                 cure = "no motor can be sized by it until that is decided"
             elif all(text.startswith("mass ") for text in verdict.untrusted):
                 cure = "weigh it and state it: --repair --mass KG"

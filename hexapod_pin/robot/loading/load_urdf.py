@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -23,7 +22,6 @@ from hexapod_pin.robot.recognition.layout import (
     layout_stated,
 )
 from hexapod_pin.robot.recognition.recognise import recognise
-from hexapod_pin.robot.recognition.sides import EXCHANGED
 from hexapod_pin.robot.repair.find_all import check_urdf
 from hexapod_pin.robot.repair.measures import LinkSolids, Measures
 from hexapod_pin.robot.repair.units import mesh_slips
@@ -85,15 +83,14 @@ def loaded(read: SourceFile, options: LoadOptions, layout: RobotLayout | None = 
     _require_feet_of_a_size(file, options)
     if layout is None:
         layout = _recognised(file, finder, options, doubts)
-    unsure = (_mesh_unit(file, finder, layout), _guessed_feet(layout), _on_its_back(layout))
-    for doubt in unsure:
+    sides = _odd_sides(layout)
+    for doubt in (_mesh_unit(file, finder, layout), _guessed_feet(layout), sides):
         doubts = doubts if not doubt or doubt in doubts else (doubt, *doubts)
-    if layout.caution == EXCHANGED:  # it is one of the doubts
-        layout = replace(layout, caution="")
+    notes = (*notes, *suspicious, *([sides] if sides else []))
     file = annotate_urdf(file, layout)
     if options.backlash:
         file, layout = with_backlash(file, layout, options.backlash)
-    return LoadedUrdf(file, layout, options, repaired, (*notes, *suspicious), doubts)
+    return LoadedUrdf(file, layout, options, repaired, notes, doubts)
 
 
 def loaded_text(text: str, source: str, options: LoadOptions) -> LoadedUrdf:
@@ -151,14 +148,11 @@ def _guessed_feet(layout: RobotLayout) -> str:
     return "feet are guessed: their meshes are not found (--package-path)" if count else ""
 
 
-def _on_its_back(layout: RobotLayout) -> str:
-    """Return the doubt that a robot lies on its back, as left and right legs are exchanged."""
-    if layout.caution != EXCHANGED:
+def _odd_sides(layout: RobotLayout) -> str:
+    """Return the doubt about left and right legs, with the option that takes them as they are."""
+    if not layout.doubt:
         return ""
-    return (
-        f"{EXCHANGED}: it lies on its back (turn its root link over), or "
-        f"the legs' names are wrong (--forward={forward_hint(layout.turn)})"
-    )
+    return f"{layout.doubt} (--forward={forward_hint(layout.turn)} takes it as it is)"
 
 
 def _require_feet_of_a_size(file: UrdfFile, options: LoadOptions) -> None:

@@ -92,6 +92,7 @@ class RobotLayout:
         feet: foot links of a robot without legs to walk with.
         caution: what speaks against a direction that the user gives, or against the names of
             legs; empty where nothing does.
+        doubt: what speaks against its left and right legs as a whole; mostly empty.
     """
 
     turn: Array
@@ -101,6 +102,7 @@ class RobotLayout:
     inferred: Names = ()
     feet: Names = ()
     caution: str = ""
+    doubt: str = ""
 
 
 # The standing posture that a file states; the user's hints go before it.

@@ -47,7 +47,7 @@ from hexapod_pin.robot.recognition.legs import Legs, choose_legs
 from hexapod_pin.robot.recognition.posture_frame import LegFrame, with_joint_at
 from hexapod_pin.robot.recognition.posture_search import standing_posture
 from hexapod_pin.robot.recognition.shape_points import link_points
-from hexapod_pin.robot.recognition.sides import side_doubt
+from hexapod_pin.robot.recognition.sides import EXCHANGED, side_doubt, unlike_sides
 from hexapod_pin.robot.recognition.up import Up, find_up
 
 if TYPE_CHECKING:
@@ -110,9 +110,10 @@ def _recognised(
         standing = stand(file, legs, names, feet, walking, forward.turn, stated, low, standing)
     texts = [*reasons, *([surplus] if surplus else []), *feet_text(file, legs, names, feet)]
     found = _layout(file, legs, names, feet, walking, forward.turn, standing, texts)
-    if legs.given is None and hints.forward is None:
-        doubt = _side_doubt(legs, forward.turn, forward.named)
-    return replace(found, caution=doubt)
+    if legs.given is not None or hints.forward is not None:
+        return replace(found, caution=doubt)
+    caution, doubt = _side_doubts(legs, forward.turn, forward.named)
+    return replace(found, caution=caution, doubt=doubt)
 
 
 def _forward(
@@ -161,11 +162,15 @@ def _order(legs: Legs, turn: Array) -> tuple[list[int], tuple[str, ...]]:
     return order, leg_names(sum(left), len(left) - sum(left))
 
 
-def _side_doubt(legs: Legs, turn: Array, front_known: bool) -> str:
-    """Return that legs stand on the other side than their names say; mostly nothing."""
+def _side_doubts(legs: Legs, turn: Array, front_known: bool) -> tuple[str, str]:
+    """Return what speaks against legs' names, and what against the sides; mostly nothing."""
     hips = hip_points(legs.chains, legs.frames, legs.tips, turn[:, 2])
-    left = is_left((hips - hips.mean(axis=0)) @ turn)
-    return side_doubt([chain.names for chain in legs.chains], left, front_known)
+    hips = (hips - hips.mean(axis=0)) @ turn
+    left = is_left(hips)
+    found = side_doubt([chain.names for chain in legs.chains], left, front_known)
+    if found == EXCHANGED:
+        return "", found
+    return found, unlike_sides(hips, np.array(left))
 
 
 def _trunk_low(file: UrdfFile, finder: ResourceFinder, legs: Legs, up: Up) -> float | None:
