@@ -195,6 +195,12 @@ REFUSALS = {
     "duty too small": (("walk", "kharagpur", "--duty", "0.3"), "duty"),
     "no cycle time": (("walk", "kharagpur", "--cycle-time", "0"), "--cycle-time"),
     "negative friction": (("walk", "kharagpur", "--mu", "-1"), "mu"),
+    "undamped stiffness": (
+        ("walk", "kharagpur", "--kp", "1e7"),
+        "--kp = 10000000.0: must be at most 2.4e+06 N m/rad where kd is 4.8 N m s/rad. Its time "
+        "constant kd / kp is 4.8e-07 s, so hardly damped it swings so fast that a walk takes "
+        "minutes: --kd 2e+05 damps it.",
+    ),
     "negative stiffness": (("walk", "kharagpur", "--kp", "-1"), "kp"),
     "step of zero": ((*WALK, "--step", "0"), "step"),
     "endless duration": ((*WALK, "--duration", "inf"), "duration"),

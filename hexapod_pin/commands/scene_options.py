@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 from hexapod_pin.errors import ParameterError
 
 if TYPE_CHECKING:
+    from hexapod_pin.drive.servo import Servo
     from hexapod_pin.ground.terrain import AnyTerrain
     from hexapod_pin.robot.robot import Robot
     from hexapod_pin.scene.loads import Load
@@ -193,6 +194,37 @@ def require_seconds(
         if value is not None and value > most and not force:
             hint = f"ms? {value:g} ms are {1e-3 * value:g} s. --force walks it all the same."
             raise ParameterError(option, value, f"at most {most:g} s", hint)
+
+
+STIFFEST, LEAST_DAMPING = 1e4, 0.005
+"""Stiffness over the one assumed for a robot from which, and damping over stiffness [s] below which,
+a servo swings so fast that a walk takes minutes (*assumed*)."""
+
+
+def chosen_servo(robot: Robot, kp: float | None, kd: float | None, force: bool) -> Servo:
+    """Return the servos of a robot with the gains that are given.
+
+    Raises:
+        ParameterError: the stiffness is far beyond what the damping damps, and it is not forced.
+    """
+    from hexapod_pin.drive.servo import EFFORT_TIME, Servo, assumed_gains
+
+    found, usual = Servo.for_robot(robot, kp=kp, kd=kd), assumed_gains(robot)
+    most = STIFFEST * _least(usual.kp)
+    damping = _least(usual.kd) if kd is None else kd
+    if kp is None or force or kp <= most or damping >= LEAST_DAMPING * kp:
+        return found
+    allowed = f"at most {most:.3g} N m/rad where kd is {damping:.3g} N m s/rad"
+    hint = (
+        f"Its time constant kd / kp is {damping / kp:.2g} s, so hardly damped it swings so fast "
+        f"that a walk takes minutes: --kd {EFFORT_TIME * kp:.3g} damps it. --force walks it all "
+        "the same."
+    )
+    raise ParameterError("--kp", kp, allowed, hint)
+
+
+def _least(gain: float | dict[str, float]) -> float:
+    return min(gain.values()) if isinstance(gain, dict) else gain
 
 
 MUCH_SLOWER = 3.0

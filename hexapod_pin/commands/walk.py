@@ -34,6 +34,7 @@ from hexapod_pin.commands.options import (
 from hexapod_pin.commands.scene_options import (
     TERRAIN_HELP,
     backlash_doubt,
+    chosen_servo,
     heading_doubt,
     loads_as_options,
     named_slowness,
@@ -215,7 +216,6 @@ def walk(
     from hexapod_pin.control.feasible_gait import default_gait, fit_gait
     from hexapod_pin.control.gait_refusal import leg_clearance, overlaps
     from hexapod_pin.control.kinematic import KinematicControl
-    from hexapod_pin.drive.servo import Servo
     from hexapod_pin.errors import ParameterError
     from hexapod_pin.ground.contact import Contact
     from hexapod_pin.ground.terrain import Flat
@@ -257,7 +257,7 @@ def walk(
     time = cycles * chosen.cycle_time if duration is None else duration
     if prescribed and not (kp is None and kd is None):
         raise ParameterError("--kp, --kd", kp or kd, "left out with --prescribed: no servo acts")
-    servo = Servo.for_robot(loaded, kp=kp, kd=kd)
+    servo = chosen_servo(loaded, kp, kd, force)
     if motors.motor is not None:
         servo = servo.model_copy(update={"motor": motors.motor})
     laws = Contact.preset(contact).with_mu(mu)
@@ -282,7 +282,7 @@ def walk(
 
     def repaired() -> Case:
         mended = load_robot(robot, options=options.model_copy(update={"repair": True}))
-        own = Servo.for_robot(mended, kp=kp, kd=kd).model_copy(update={"motor": servo.motor})
+        own = chosen_servo(mended, kp, kd, force).model_copy(update={"motor": servo.motor})
         return replace(case, scene=replace(scene, robot=mended, servo=own))
 
     def changed(name: str, value: float) -> Case:
