@@ -9,9 +9,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from refusals import refused
 
 import hexapod_pin as hp
+from hexapod_pin.commands.scene_options import chosen_servo
 from hexapod_pin.drive.servo import PLAUSIBLE, SAG, assumed_gains, settling_time
+from hexapod_pin.errors import ParameterError
 from hexapod_pin.robot.holding_torque import standing_torque
 from hexapod_pin.robot.robot import leg_length
 
@@ -51,6 +54,18 @@ def with_springs() -> hp.Robot:
         robot, model=model, joint_names=names, feet=tuple(feet),
         effort_limit=wider(robot.effort_limit, 50.0), posture=wider(robot.posture, 0.0),
     )  # fmt: skip
+
+
+def test_a_stiffness_that_is_damped_or_forced_is_taken() -> None:
+    """1e7 N m/rad walk in 3 s with 0.02 s of damping, in 75 s with that of the assumed stiffness.
+
+    Undamped, up to 1e4 times the assumed stiffness.
+    """
+    robot = hp.load_robot("kharagpur")
+    for kp, kd, force in ((1e7, 2e5, False), (1e7, None, True), (2.4e6, 0.0, False)):
+        assert chosen_servo(robot, kp, kd, force).kp == kp
+    with refused(ParameterError, name="--kp", value=2.5e6, about=("--kd 5e+04 damps it",)):
+        chosen_servo(robot, 2.5e6, None, force=False)
 
 
 def test_foot_springs_get_their_own_gains() -> None:

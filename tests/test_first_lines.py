@@ -157,6 +157,10 @@ DOUBTED = {
          lambda root: root.remove(root.find("hexapod_pin"))],  # type: ignore[arg-type]
         "lm_coxa: moves 2 joints, 3 in other legs",
     ),
+    "a sliding knee": (
+        [put("joint lm_tibia_joint", type="prismatic")],
+        "^lm_tibia_joint: type prismatic, revolute in other legs$",
+    ),
     "a leg turned round": (
         [put("joint rm_coxa_joint/origin", rpy="0 0 1.5707963267948966")],
         "rm_coxa_joint: its leg points into the trunk, the others away from it",

@@ -197,8 +197,8 @@ def require_seconds(
 
 
 STIFFEST, LEAST_DAMPING = 1e4, 0.005
-"""Stiffness over the one assumed for a robot from which, and damping over stiffness [s] below which,
-a servo swings so fast that a walk takes minutes (*assumed*)."""
+"""Stiffness over the one assumed for a robot from which, and damping over stiffness [s] below
+which, a servo swings so fast that a walk takes minutes (*assumed*)."""
 
 
 def chosen_servo(robot: Robot, kp: float | None, kd: float | None, force: bool) -> Servo:

@@ -170,7 +170,7 @@ def _side_doubts(legs: Legs, turn: Array, front_known: bool) -> tuple[str, str]:
     found = side_doubt([chain.names for chain in legs.chains], left, front_known)
     if found == EXCHANGED:
         return "", found
-    return found, unlike_sides(hips, np.array(left))
+    return found, unlike_sides(hips, left)
 
 
 def _trunk_low(file: UrdfFile, finder: ResourceFinder, legs: Legs, up: Up) -> float | None:

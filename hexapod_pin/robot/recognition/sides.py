@@ -29,16 +29,17 @@ MIRRORED = 0.05
 within which they are alike (*assumed*): 18 public robots have 0 to 0.009."""
 
 
-def unlike_sides(hips: Array, left: Array) -> str:
+def unlike_sides(hips: Array, left: Sequence[bool]) -> str:
     """Return that hips of the left are no mirror images of those of the right; mostly nothing.
 
     One hip alone is found in the file (`repair.leg_layout`).
 
     Args:
         hips: about their middle, in trunk axes [m]. Shape (n, 3).
-        left: whether a leg stands on the left. Shape (n,).
+        left: whether a leg stands on the left.
     """
-    one, other = (side[np.argsort(-side[:, 0])] for side in (hips[left], hips[~left]))
+    sides = hips[np.array(left)], hips[~np.array(left)]
+    one, other = (side[np.argsort(-side[:, 0])] for side in sides)
     if len(one) != len(other):
         return ""
     off = one - other * (1.0, -1.0, 1.0)
