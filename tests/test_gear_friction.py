@@ -94,6 +94,22 @@ def test_an_external_load_by_the_published_formula() -> None:
                 assert found == pytest.approx(sign * taken, rel=1e-12)
 
 
+def test_the_quadratic_part_passes_smoothly_where_the_load_begins_to_prevail() -> None:
+    """At |e| = 0.9, 1 and 1.1 |u|: Qe e^2, the mean of both, and Qm u^2, at a rate of 0."""
+    gear = hp.drive.GearFriction(motor_quadratic=0.02, load_quadratic=0.05, external_load=True)
+    law = native_gear(gear, 0.0)
+    for load, square in ((1.8, 0.05 * 1.8**2), (2.0, 0.5 * 0.07 * 4.0), (2.2, 0.02 * 4.0)):
+        for sign in (1.0, -1.0):
+            assert law.under_both(2.0 * sign, -load * sign, 0.0)[0] == pytest.approx(square)
+    h = 1e-6
+    for load in (1.7, 1.85, 2.0, 2.15, 2.3):
+        _, by_motor, by_load, _ = law.under_both(2.0, -load, 0.0)
+        high, low = (law.under_both(2.0 + d, -load, 0.0)[0] for d in (h, -h))
+        assert by_motor == pytest.approx((high - low) / (2.0 * h), abs=1e-8)
+        high, low = (law.under_both(2.0, -load + d, 0.0)[0] for d in (h, -h))
+        assert by_load == pytest.approx((high - low) / (2.0 * h), abs=1e-8)
+
+
 def test_slopes_against_differences() -> None:
     """Slopes in torque and speed, from both sides, to the round-off of the differences."""
     law, h = native_gear(MX64.gear, MX64.viscous), 1e-6

@@ -32,7 +32,8 @@ class GearFriction(Spec):
     c: inertial forces, the rotor's too, count as load. With `external_load` it is, as in BAM, what
     acts on the joint but motor, friction and inertial forces: gravity and velocity forces,
     contacts, pushes and stops. Parameters belong to the load that they were identified with; both
-    are the same wherever nothing accelerates.
+    are the same wherever nothing accelerates. Q jumps where |e| = |u|, which an external load may
+    pass while a joint moves: from 0.9 |u| to 1.1 |u| one piece then passes smoothly into the other.
 
     Source: M. Duclusaud, G. Passault et al., "Extended Friction Models for the Physics Simulation
     of Servo Actuators", ICRA 2025 (BAM).

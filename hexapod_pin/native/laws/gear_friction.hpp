@@ -2,7 +2,7 @@
 // "Extended Friction Models for the Physics Simulation of Servo Actuators" (ICRA 2025). With the motor's
 // torque u and the load's e, both counted along the motion, and the speed w >= 0,
 //   F = Fc + s Fs + |Ke e - Km u| + s |Kes e - Kms u| + s Q,   s = exp(-(w / ws)^a)
-//   Q = Qe e^2 where they oppose each other and |e| < |u|, Qm u^2 where |e| > |u|
+//   Q = Qe e^2 where they oppose each other and |e| < |u|, Qm u^2 where |e| > |u|, else 0
 // The load is one of two:
 // - what the gear passes on, e = F + viscous w - u. So F is a function of one joint's own motor torque and
 //   speed, or of the torque passed on and the speed; the rotor's inertia counts as load.
@@ -70,6 +70,7 @@ struct GearFriction {
  private:
   static constexpr int kMostSteps = 50;       // of Newton; three to five are taken
   static constexpr double kRoundOff = 4e-16;  // relative change of F that ends them
+  static constexpr double kBlend = 0.1;       // of |e| / |u| about 1, half the width of the passage
   static constexpr double kSteepest = 1e-3;   // part of ws below which the slope in the speed is that there
 
   struct Stribeck {
@@ -90,16 +91,28 @@ struct GearFriction {
   Level level(double u, double e, double s) const {
     const double plain = load * e - motor * u, slow = load_stribeck * e - motor_stribeck * u;
     const double sign = plain < 0.0 ? -1.0 : 1.0, slow_sign = slow < 0.0 ? -1.0 : 1.0;
-    double quadratic = 0.0, quadratic_motor = 0.0, quadratic_load = 0.0;
-    if (u * e < 0.0 && std::abs(e) < std::abs(u)) {
-      quadratic = load_quadratic * e * e, quadratic_load = 2.0 * load_quadratic * e;
-    } else if (u * e < 0.0 && std::abs(e) > std::abs(u)) {
-      quadratic = motor_quadratic * u * u, quadratic_motor = 2.0 * motor_quadratic * u;
-    }
-    const double faded = stribeck + std::abs(slow) + quadratic;
+    const Quadratic square = u * e < 0.0 ? quadratic(u, e) : Quadratic();
+    const double faded = stribeck + std::abs(slow) + square.value;
     return {coulomb + std::abs(plain) + s * faded,
-            -sign * motor + s * (quadratic_motor - slow_sign * motor_stribeck),
-            sign * load + s * (quadratic_load + slow_sign * load_stribeck), faded};
+            -sign * motor + s * (square.per_motor - slow_sign * motor_stribeck),
+            sign * load + s * (square.per_load + slow_sign * load_stribeck), faded};
+  }
+
+  // Q where motor and load oppose each other. It jumps at |e| = |u|, where an external load may pass: there
+  // one piece passes into the other by 3 p^2 - 2 p^3.
+  struct Quadratic {
+    double value = 0.0, per_motor = 0.0, per_load = 0.0;
+  };
+  Quadratic quadratic(double u, double e) const {
+    const double by_load = load_quadratic * e * e, by_motor = motor_quadratic * u * u;
+    const double ratio = std::abs(e) / std::abs(u);
+    double p = ratio < 1.0 ? 0.0 : 1.0;
+    if (external_load) p = std::clamp((ratio - 1.0 + kBlend) / (2.0 * kBlend), 0.0, 1.0);
+    const double share = p * p * (3.0 - 2.0 * p), slope = 6.0 * p * (1.0 - p) / (2.0 * kBlend);
+    const double turn = slope * (by_motor - by_load);  // by the ratio
+    return {(1.0 - share) * by_load + share * by_motor,
+            2.0 * share * motor_quadratic * u - turn * ratio / u,
+            2.0 * (1.0 - share) * load_quadratic * e + turn * ratio / e};
   }
 
   GearResponse solve(double given, double w, bool of_motor) const {

@@ -199,10 +199,10 @@ def _by_bam(gear: GearFriction, motor: float, load: float, speed: float) -> floa
     fade = float(np.exp(-((max(speed, 0.0) / gear.stribeck_speed) ** gear.stribeck_exponent)))
     slow = gear.stribeck + abs(gear.load_stribeck * load - gear.motor_stribeck * motor)
     if motor * load < 0.0:
-        if abs(load) < abs(motor):
-            slow += gear.load_quadratic * load**2
-        elif abs(load) > abs(motor):
-            slow += gear.motor_quadratic * motor**2
+        passed = min(max(5.0 * (abs(load / motor) - 0.9), 0.0), 1.0)
+        share = 3.0 * passed**2 - 2.0 * passed**3
+        slow += (1.0 - share) * gear.load_quadratic * load**2
+        slow += share * gear.motor_quadratic * motor**2
     return gear.coulomb + abs(gear.load * load - gear.motor * motor) + fade * slow
 
 
