@@ -270,9 +270,8 @@ def walk(
     case = Case(
         scene, KinematicControl(chosen, body=body), duration=time,
         accuracy=accuracy, torque_accuracy=_number_or_share(torque_accuracy),
-        estimate=not no_estimate, method=method,
-        step=step, sample=sample, record=comma_list(record),
-        limits=chosen_limits(None, force),
+        estimate=not no_estimate, method=method, step=step, sample=sample,
+        record=comma_list(record), limits=chosen_limits(None, force),
     )  # fmt: skip
     if duration is None:
         case = until_steady(case)
@@ -294,12 +293,10 @@ def walk(
     posture_help = short and posture is None and not shown.quick
     if posture_help:
         announce("searching a posture that leaves a longer stroke")
-    doubtful = bool(loaded.doubts) and not options.repair
     slow, shortage = named_slowness(loaded, fitted.slowness), fitted.shortage if short else ""
     cautions = [
         heading_doubt(heading), turn_doubt(turn_rate), slope_doubt(terrain), radians,
-        backlash_doubt(loading.backlash),
-        *overlaps(loaded, chosen), slow, shortage,
+        backlash_doubt(loading.backlash), *overlaps(loaded, chosen), slow, shortage,
     ]  # fmt: skip
     job = CaseToReport(
         case=case,
@@ -313,7 +310,7 @@ def walk(
         assumed=motors.assumed,
         caution=", ".join(filter(None, cautions)),
         motor=motors.record,
-        repaired=repaired if doubtful else None,
+        repaired=repaired if loaded.doubts and not options.repair else None,
         changed=changed,
         following=following_command(robot, trace_path, repair=loading.repair),
     )
