@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pinocchio as pin
@@ -15,6 +15,7 @@ from scipy.optimize import brentq
 import hexapod_pin as hp
 from hexapod_pin import native
 from hexapod_pin.drive.drive_law import drive_law, has_dry_friction, native_gear
+from hexapod_pin.drive.gear_friction import ASSUMED
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from tests.vehicles import FREE, heavy_leg
 
@@ -350,6 +351,42 @@ def test_identified_motor_by_hand() -> None:
     assert motor.gear_friction.stribeck_exponent == pytest.approx(0.840902)
     with pytest.raises(UnknownNameError, match="MX-106"):
         hp.drive.identified_drive("MX-65")
+
+
+@pytest.mark.parametrize("of", ["least", "middle", "most"])
+def test_an_assumed_gear_leaves_the_line_behind_it(of: Literal["least", "middle", "most"]) -> None:
+    """At rest it lifts the data sheet's 1.5 N m; unloaded it turns with 6.18 rad/s.
+
+    Half of the stall torque needs more of the motor upwards than downwards, by (1 + K) / (1 - K).
+    """
+    sheet = hp.load_catalog().get("AX-12A").motor()
+    motor = sheet.with_assumed_gear(of)
+    gear, own = motor.gear_friction, motor.stall_torque
+    assert gear is not None and motor.rotor_inertia == sheet.rotor_inertia
+    assert own - gear.under_motor(own, 0.0) == pytest.approx(sheet.stall_torque, rel=1e-12)
+    left = own * (1.0 - sheet.no_load_speed / motor.no_load_speed)
+    assert gear.under_motor(left, sheet.no_load_speed) == pytest.approx(left, rel=1e-12)
+    half = 0.5 * sheet.stall_torque
+    up, down = half + gear.under_load(-half, 1.0), half - gear.under_load(half, 1.0)
+    share = gear.motor
+    assert up * (1.0 - share) - half * (1.0 + share) == pytest.approx(gear.coulomb, rel=1e-12)
+    assert half * (1.0 - share) - down * (1.0 + share) == pytest.approx(gear.coulomb, rel=1e-12)
+    with refused(ParameterError, "Motor.gear_friction"):
+        motor.with_assumed_gear()
+
+
+def test_the_assumed_gears_are_about_those_identified() -> None:
+    """Lifting a tenth of its stall torque, each small servo's gear lies within the spread."""
+    for name, volts in (("XL-320", 7.4), ("XL330-M288", 5.0), ("MX-64", 12.0), ("MX-106", 12.0)):
+        drive = hp.drive.identified_drive(name)
+        motor = drive.motor(volts)
+        load, speed = -0.1 * motor.stall_torque, 0.2 * motor.no_load_speed
+        taken = drive.gear.under_load(load, speed, viscous=drive.viscous) + drive.viscous * speed
+        least, most = (
+            level * motor.stall_torque + share * (2.0 * abs(load) + taken)
+            for share, level in (ASSUMED["least"], ASSUMED["most"])
+        )
+        assert least < taken < most, name
 
 
 def test_refusals_and_files() -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from pydantic import NonNegativeFloat, PositiveFloat, model_serializer, model_validator
 
 from hexapod_pin.arguments import checked
-from hexapod_pin.drive.gear_friction import GearFriction
+from hexapod_pin.drive.gear_friction import ASSUMED, Class, GearFriction
 from hexapod_pin.drive.winding import assumed_constants
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.spec import Spec, require_factor
@@ -137,6 +137,30 @@ class Motor(Spec):
         changes = {name: x for name, x in guess.items() if getattr(self, name) is None}
         given = {} if ambient is None else {"ambient": float(ambient)}
         return self.model_copy(update={**changes, **given})
+
+    @checked
+    def with_assumed_gear(self, of: Class = "middle") -> Motor:
+        """Return the motor with gear friction *assumed*, for servos that nobody identified.
+
+        The line is taken for one measured behind the gear: it becomes the motor's own, which the
+        gear brings back to the same stall torque and no-load speed. With F = c u0 + K (|e| + u) the
+        own stall torque u0 is T0 (1 + K) / (1 - K - c), the own no-load speed
+        v0 / (1 - c / (1 - K)).
+
+        Args:
+            of: which end of the class: "least", "middle" or "most" friction (docs/drive.md).
+
+        Raises:
+            ParameterError: the motor has gear friction already.
+        """
+        if self.gear_friction is not None:
+            raise ParameterError("Motor.gear_friction", self.gear_friction, "None: none is assumed")
+        share, level = ASSUMED[of]
+        own = self.stall_torque * (1.0 + share) / (1.0 - share - level)
+        gear = GearFriction(coulomb=level * own, motor=share, load=share, external_load=True)
+        speed = self.no_load_speed / (1.0 - level / (1.0 - share))
+        changes = {"stall_torque": own, "no_load_speed": speed, "gear_friction": gear}
+        return self.model_copy(update=changes)
 
     @model_serializer(mode="wrap")
     def _without_none(self, dump: SerializerFunctionWrapHandler) -> dict[str, object]:

@@ -142,12 +142,22 @@ def _notes(row: MotorRecord, derating: Derating) -> list[str]:
             f"current and heat from the motor and gear as identified (friction {drive.form}, "
             f"{drive.source})"
         )
+    elif row.stall_current is not None:
+        low, high = SHEET_CURRENT
+        notes.append(
+            f"assumed: its gear takes what a data sheet says; identified servos draw {low:g} to "
+            f"{high:g} times the current of theirs"
+        )
     if row.standby_current is None:
         notes.append(
             f"assumed: standby current {1e3 * standby_current(row):g} mA, none is published"
         )
     return [f"{row.name}: {note}" for note in notes]
 
+
+SHEET_CURRENT = 0.45, 2.2
+"""RMS current with an identified gear over that by the data sheet, 5 and 95 % of the joints that
+take 2 to 35 % of the stall torque (docs/results/motor_criterion.md; median 1.3)."""
 
 STANDBY_BUS = 0.04
 """Standby current of a servo on a bus [A]: median of the catalogue's published ones (*assumed*)."""

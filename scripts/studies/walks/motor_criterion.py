@@ -6,6 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from hexapod_pin.drive.catalog import MotorRecord, load_catalog
 from hexapod_pin.drive.catalog.identified import identified_for
 from hexapod_pin.drive.catalog.motor_record import Derating
@@ -86,6 +88,7 @@ def motor_criterion(
     """Judge the catalogue for walks of several robots, part by part of the criterion."""
     names = [name.strip() for name in robots.split(",") if name.strip()]
     rows, changes = [], []
+    ratios: dict[str, list[float]] = {row.name: [] for row in load_catalog() if _compared(row)}
     for name in names:
         demand = _demand(name, folder, accuracy)
         last: Verdicts = {}
@@ -94,6 +97,14 @@ def motor_criterion(
             rows.append(_row(name, part, demand, found, last))
             last = found
         changes.append(_hour(name, demand))
+        for motor, values in ratios.items():
+            values.extend(_currents(demand, load_catalog().get(motor)))
+    every = [value for one in ratios.values() for value in one]
+    currents = [
+        (motor, str(len(values)), *(f"{x:.2f}" for x in np.percentile(values, (5, 50, 95))))
+        for motor, values in (*ratios.items(), ("all", every))
+        if values
+    ]
     head = (
         "robot", "criterion", "motors that pass, doubtful, do not", "lightest at 7.4 V",
         "lightest at 12 V", "verdicts that this part changes",
@@ -112,8 +123,30 @@ def motor_criterion(
             "Temperatures after an hour of the same walk, with the middle of the thermal "
             "constants, and the ends of their spread:",
             Table("", heats, [row for group in changes for row in group]),
+            "RMS current with the motor and gear as identified over that by the data sheet, of "
+            f"joints whose torque RMS is {LOADED[0]:.0%} to {LOADED[1]:.0%} of the stall torque:",
+            Table("", ("motor", "joints", "5 %", "median", "95 %"), currents),
         ],
     )
+
+
+LOADED = 0.02, 0.35
+"""Torque RMS over stall torque of joints whose currents are compared [-]."""
+
+
+def _compared(row: MotorRecord) -> bool:
+    return identified_for(row) is not None and row.stall_current is not None and not row.unusable
+
+
+def _currents(demand: JointDemand, row: MotorRecord) -> list[float]:
+    """Return the RMS current as identified over that by the data sheet, of each loaded joint."""
+    own, sheet = (motor_budget(demand, one).joints for one in (row, by_data_sheet(row)))
+    shares = demand.torque_rms / row.stall_torque
+    return [
+        a.current_rms / b.current_rms
+        for a, b, share in zip(own, sheet, shares, strict=True)
+        if LOADED[0] <= share <= LOADED[1] and a.current_rms and b.current_rms
+    ]
 
 
 def _demand(name: str, folder: Path, accuracy: float) -> JointDemand:
