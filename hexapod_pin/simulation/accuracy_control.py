@@ -101,6 +101,7 @@ class AccuracyControl:
         self._difference: ErrorEstimate | None = None  # of them
         self._contradicted = False  # what runs know of their errors
         self._diverged: list[NativeRun] = []
+        self._taken: set[int] = set()  # levels
         self._level, self._runs, self._evaluations, self._wall_time = 0, 0, 0, 0.0
 
     def take(self, refinement: int, run: NativeRun, wall_time: float | None = None) -> None:
@@ -112,6 +113,7 @@ class AccuracyControl:
             wall_time: to count for it [s]; None: its own, of a run that ran alone.
         """
         self._level = max(self._level, refinement)
+        self._taken.add(refinement)
         self._runs += 1
         self._evaluations += int(run.rollout.counters()["evaluations"])
         self._wall_time += run.wall_time if wall_time is None else wall_time
@@ -168,7 +170,7 @@ class AccuracyControl:
             self._diverged[-1].require_good_so_far()
         if self.comparisons:
             diverged = self._level > self.comparisons[-1].finer
-            return None if diverged else next_level(self.comparisons, finest)
+            return None if diverged else next_level(self.comparisons, finest, self._taken)
         return min(self._level + JUMP, finest) if self._level < finest else None
 
     def trace(self) -> Trace:

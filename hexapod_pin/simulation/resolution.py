@@ -12,7 +12,7 @@ by how much.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 LEVELS_PER_DECADE = 4
@@ -86,6 +86,8 @@ class Comparison:
         effort: evaluations of the finer run over those of the coarser [-].
         order: of the method, where steps that samples end have its error; 0: unknown.
         slow: whether errors may fall more slowly than tolerances: as `MethodSettings.slow_decay`.
+        least_ratio: bound over the accuracy that two runs gave between which the coarser one lies
+            [-]: it may confirm that bound, but chance must not make it smaller. 0: none did.
     """
 
     coarser: int
@@ -97,6 +99,7 @@ class Comparison:
     effort: float = math.inf
     order: int = 0
     slow: bool = False
+    least_ratio: float = 0.0
 
     def after(self, last: Comparison | None) -> Comparison:
         """Return this comparison as one that follows another, with the decay that both show."""
@@ -110,6 +113,7 @@ class Comparison:
             self,
             decay=fall ** (1.0 / levels),
             by_chance=last.error_ratio > 1.0 and fall < CHANCE * USUAL_DECAY**levels,
+            least_ratio=last.error_ratio if last.finer == self.finer else 0.0,
         )
 
     @property
@@ -124,6 +128,8 @@ class Comparison:
         if self.slow:
             return SLOW_SHARE
         share = finer_share(self.finer - self.coarser) * self._share_by_decay
+        if self.difference > 0.0:
+            share = max(share, self.least_ratio / self.difference)
         if not self.order:
             return share
         return max(share, _finer_share(max(self.effort, LEAST_EFFORT) ** -self.order))
@@ -146,9 +152,21 @@ class Comparison:
         return self.error_fraction * self.difference
 
     @property
+    def needs_witness(self) -> bool:
+        """Whether a run between the two has to show that errors fall as they are supposed to.
+
+        The coarser run is beyond the accuracy. That the finer one is not follows from their
+        tolerances alone. But where corners hit the ground in another order, an error is as large as
+        the motion allows, and no larger in a far coarser run: both may be equally wrong.
+        """
+        far = self.finer - self.coarser > JUMP
+        return far and self.decay is None and self.difference > 1.0 >= self.error_ratio
+
+    @property
     def kept(self) -> bool:
         """Whether the finer run is within the accuracy requested."""
-        return not self.finds_more and not self.by_chance and self.error_ratio <= 1.0
+        doubtful = self.finds_more or self.by_chance or self.needs_witness
+        return not doubtful and self.error_ratio <= 1.0
 
 
 def _finer_share(ratio: float) -> float:
@@ -163,9 +181,19 @@ def finer_share(levels: int) -> float:
     ]
 
 
-def next_level(made: Sequence[Comparison], finest: int = MOST_LEVELS) -> int | None:
-    """Return the level of the next run; None where the last suffices, or where none would help."""
-    last = made[-1]
+def next_level(
+    made: Sequence[Comparison], finest: int = MOST_LEVELS, taken: Collection[int] = ()
+) -> int | None:
+    """Return the level of the next run; None where the last suffices, or where none would help.
+
+    Args:
+        made: the comparisons so far.
+        finest: level beyond which no run goes.
+        taken: levels of the runs so far, also of those that diverged.
+    """
+    last, between = made[-1], made[-1].finer - JUMP
+    if last.needs_witness and not last.finds_more and between not in taken:
+        return between
     if last.kept or last.finer + JUMP > finest or has_stalled(made):
         return None
     return last.finer + JUMP
@@ -175,6 +203,8 @@ def has_stalled(made: Sequence[Comparison]) -> bool:
     """Tell whether two finer runs in a row have brought no gain: the motion amplifies any error."""
     count = 0
     for earlier, later in zip(reversed(made[:-1]), reversed(made), strict=False):
+        if later.finer == earlier.finer:  # a run between the two: none was finer
+            continue
         least = LEAST_GAIN ** ((later.coarser - earlier.coarser) / LEVELS_PER_DECADE)
         if earlier.finds_more or later.difference <= earlier.difference * least:
             break
