@@ -26,7 +26,7 @@ class StiffBlock {
       : system_(plant.system), contacts_(plant.feet.size()), stiffness_(VectorXd::Zero(plant.joints())),
         damping_(stiffness_), left_(VectorXd::Ones(plant.joints())), lock_(plant.joints()),
         reaction_(stiffness_), external_(stiffness_), right_(plant.tree.nv),
-        shift_(plant.tree.nv) {
+        shift_(plant.tree.nv), force_(VectorXd::Zero(plant.tree.nv)) {
     for (const FootMount& mount : plant.mounts)
       for (std::size_t k = 0; k < plant.per_foot; ++k)
         columns_.push_back(plant.system.columns(plant.tree, mount));
@@ -76,6 +76,22 @@ class StiffBlock {
     system_.factor();
   }
 
+  // A force [N] on a contact that presses: the next solution has it besides those of its change. After `factor`.
+  void add_force(std::size_t i, const Vec3& force) {
+    if (!contacts_[i].has_force) return;
+    force_.template head<6>().noalias() += contacts_[i].jb.transpose() * force;
+    for (std::size_t k = 0; k < columns_[i].size(); ++k)
+      force_[Tree::column(columns_[i][k])] += contacts_[i].left.col(k).dot(force);
+    has_force_ = true;
+  }
+
+  // Change of a pressing contact's gap [m] and of the rate at which its foot leaves [m/s], in the last solution.
+  std::pair<double, double> gap_change(std::size_t i) const {
+    const FrozenContact& c = contacts_[i];
+    if (!c.has_force) return {0.0, 0.0};
+    return {c.n.dot(jacobian_times(i, c.jb, c.jl, shift_)), c.n.dot(response(i).first)};
+  }
+
   // b becomes x; bristles z may be empty.
   template <class Xi, class V, class Z>
   void solve(Xi xi, V v, Z z) {
@@ -84,6 +100,11 @@ class StiffBlock {
     right_.tail(stiffness_.size()) -= s_ * stiffness_.cwiseProduct(shift_.tail(stiffness_.size()));
     for (std::size_t i = 0; i < contacts_.size(); ++i)
       if (contacts_[i].has_force) add_contact_load(i, z);
+    if (has_force_) {
+      right_ += s_ * force_;
+      force_.setZero();
+      has_force_ = false;
+    }
     if constexpr (PlantT::kPrescribed) right_.tail(stiffness_.size()).setZero();
     system_.solve(right_);
     for (std::size_t j = 0; j < lock_.size(); ++j)
@@ -276,6 +297,8 @@ class StiffBlock {
   VectorXd reaction_;       // of the last prescribed motion, N m
   VectorXd external_;       // torques on the joints at the end of the last correction, N m
   VectorXd right_, shift_;  // of the last solution: change of v, displacement in the body's frame
+  VectorXd force_;          // of `add_force`, N and N m
+  bool has_force_ = false;
 };
 
 }  // namespace hexapod
