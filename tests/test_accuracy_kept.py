@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -14,18 +13,11 @@ from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.results.error_estimate import ErrorEstimate
-from hexapod_pin.simulation.accuracy_control import AccuracyControl
 from hexapod_pin.simulation.methods import resolve_method
 from hexapod_pin.simulation.resolution import (
-    CHANCE,
     FINER_SHARE,
-    JUMP,
-    REGULAR_SHARE,
     Comparison,
-    finer_share,
-    next_level,
 )
-from hexapod_pin.simulation.run_settings import RunSettings
 from hexapod_pin.validation.position_error import PositionError
 
 IDENTITY = [0.0, 0.0, 0.0, 1.0]
@@ -46,140 +38,6 @@ def test_the_estimate_is_the_largest_difference_so_far():
     assert found.turn == pytest.approx([0.2] * 3, rel=1e-12)
     assert found.position == pytest.approx([0.2] * 3, rel=1e-12)
     assert found.torque is None
-
-
-def test_a_finer_run_follows_until_its_bound_is_within():
-    """Four levels at a time, as far as there are levels."""
-    good, bad = (Comparison(0, 4, x / FINER_SHARE[4]) for x in (0.99, 1.01))
-    assert good.kept and next_level([good]) is None
-    assert good.error_ratio == pytest.approx(0.99, rel=1e-12)
-    assert not bad.kept and next_level([bad]) == 4 + JUMP == 8
-    assert next_level([Comparison(0, 4, 1e4)]) == 8
-    assert next_level([bad], finest=7) is None
-    assert [finer_share(k) for k in (1, 7, 40)] == [FINER_SHARE[4], FINER_SHARE[6], FINER_SHARE[8]]
-
-
-@pytest.mark.parametrize("decay", [0.5, 10.0**-0.25, 0.68, 0.7, 0.85])
-@pytest.mark.parametrize("levels", [4, 6, 8])
-def test_bounds_follow_how_fast_three_runs_show_errors_to_fall(decay: float, levels: int):
-    """Errors 3 r^n: the bound holds; it is sharper where r is regular, and wider where slower."""
-    errors = [3.0 * decay**n for n in (0, 4, 4 + levels)]
-    first = Comparison(0, 4, errors[0] - errors[1])
-    last = Comparison(4, 4 + levels, errors[1] - errors[2]).after(first)
-    if levels == 4:
-        assert last.decay == pytest.approx(decay, rel=1e-12)
-    assert last.error_ratio >= errors[2]
-    usual = Comparison(4, 4 + levels, last.difference).error_ratio
-    if levels == 4:
-        assert (last.error_ratio > usual) == (decay >= 0.7)
-    assert last.error_fraction * last.difference == last.error_ratio
-
-
-@pytest.mark.parametrize("effort", [1.05, 1.2, 2.0])
-def test_bounds_are_wider_where_the_finer_run_is_hardly_finer(effort: float):
-    """Errors of order 3 in steps that samples end: 1/n^3 for n evaluations."""
-    error = effort**-3
-    found = Comparison(0, 4, 1.0 - error, effort=effort, order=3)
-    assert found.error_ratio >= error * (1.0 - 1e-12)
-    by_levels = Comparison(0, 4, 1.0 - error).error_ratio
-    assert found.error_ratio == pytest.approx(max(error, by_levels), rel=1e-12)
-    assert Comparison(0, 4, 0.0, effort=1.0, order=3).kept  # a robot at rest
-
-
-def test_runs_that_agree_far_better_than_tolerances_are_confirmed():
-    """Two of three runs may have missed the same event: a fourth decides, once."""
-    first = Comparison(0, 4, 50.0)
-    usual, chance = (Comparison(4, 8, 50.0 * 0.1 * x).after(first) for x in (0.1, 0.99 * CHANCE))
-    assert usual.kept and chance.by_chance and not chance.kept and next_level([first, chance]) == 12
-    confirmed = Comparison(8, 12, 1e-6).after(chance)
-    assert confirmed.kept and not confirmed.by_chance
-    contradicted = Comparison(8, 12, 50.0).after(chance)
-    assert not contradicted.kept and next_level([first, chance, contradicted]) == 16
-
-
-def test_a_difference_that_grows_or_has_no_gain():
-    """Bounds widen by a finite factor; a motion that amplifies errors is not run finer for ever."""
-    grown = Comparison(4, 8, 2.0).after(Comparison(0, 4, 1.0))
-    assert 10.0 < grown.error_ratio / Comparison(4, 8, 2.0).error_ratio < 100.0
-    assert Comparison(4, 8, 2.0).after(Comparison(0, 4, 0.0)) == Comparison(4, 8, 2.0)
-    assert Comparison(0, 4, 0.0).after(None).kept
-    flat = [Comparison(4 * k, 4 * k + 4, 50.0) for k in range(3)]
-    assert next_level(flat[:1]) == 8 and next_level(flat[:2]) == 12
-    assert next_level(flat) is None
-    # less than half over four levels is no gain; once it is one, the count begins anew
-    slow = [Comparison(4 * k, 4 * k + 4, x) for k, x in enumerate((5e4, 3e4, 1e4, 6e3))]
-    assert next_level(slow[:2]) == 12 and next_level(slow) == 20
-
-
-def test_a_finer_run_that_finds_far_more_events_is_not_accepted():
-    """However near they are; the next run decides, be it as far apart."""
-    found = Comparison(0, 8, 0.01, events=(5, 99))
-    assert found.finds_more and not found.kept
-    assert next_level([found]) == 12
-    assert next_level([found], finest=8) is None
-    resolved = Comparison(8, 12, 40.0, events=(99, 150)).after(found)
-    assert resolved.decay == Comparison(0, 8, 0.01).decay  # the first does not show it
-    assert next_level([found, resolved]) == 16  # no stall either
-    for events in ((0, 10), (5, 20), (100, 210), (99, 5)):
-        assert Comparison(0, 8, 0.01, events=events).kept, events
-
-
-class StubRun:
-    """A run whose trunk is off by an error."""
-
-    def __init__(self, error: float, good: bool = True, evaluations: int = 10) -> None:
-        """Take the error [m]."""
-        self.good, self.wall_time, self.follows_error = good, 0.0, False
-        self.rollout = SimpleNamespace(
-            counters=lambda: {"evaluations": evaluations, "events": 0}, ended_by="", summary=dict
-        )
-        self._error = error
-
-    def samples(self) -> dict[str, Any]:
-        """Return two samples."""
-        return samples([0.0, self._error])
-
-    def require_good_so_far(self) -> None:
-        """Refuse a run that diverged."""
-        raise hp.errors.DivergenceError("diverged", None)
-
-
-def control_of(errors: dict[int, float]) -> AccuracyControl:
-    """Return a control that has taken runs with errors by their levels, as it requested them."""
-    control = AccuracyControl(RunSettings.of(1.0, None, 1e-4, None, None, None))
-    level: int | None = 0
-    while level is not None:
-        run = StubRun(errors.get(level, 0.0), evaluations=round(1000 * 10.0 ** (level / 12)))
-        control.take(level, run)  # type: ignore[arg-type]
-        level = control.next_level()
-    return control
-
-
-def test_runs_follow_until_the_bound_is_within():
-    """Errors of 1e-3, 1e-4, then small: the third run is returned, and its bound is the smaller."""
-    control = control_of({0: 1e-3, 4: 1e-4, 8: 1e-5})
-    first, last = control.comparisons
-    assert (first.coarser, first.finer, last.coarser, last.finer) == (0, 4, 4, 8)
-    assert not first.kept and last.kept
-    assert last.error_ratio == pytest.approx(
-        FINER_SHARE[4] * REGULAR_SHARE * 9e-5 / 1e-4, rel=1e-12
-    )
-
-
-def test_runs_that_diverge():
-    """One that does is run finer once; a finer one that does ends the search."""
-    control = AccuracyControl(RunSettings.of(1.0, None, 1e-4, None, None, None))
-    for level in (0, 4):
-        control.take(level, StubRun(0.0, good=False))  # type: ignore[arg-type]
-    with pytest.raises(hp.errors.DivergenceError):
-        control.next_level()
-    control = AccuracyControl(RunSettings.of(1.0, None, 1e-4, None, None, None))
-    control.take(0, StubRun(1e-2))  # type: ignore[arg-type]
-    control.take(4, StubRun(0.0))  # type: ignore[arg-type]
-    level = control.next_level()
-    assert level is not None and level > 4
-    control.take(level, StubRun(0.0, good=False))  # type: ignore[arg-type]
-    assert control.next_level() is None and not control.comparisons[-1].kept
 
 
 @pytest.fixture(scope="module")

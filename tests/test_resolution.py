@@ -1,0 +1,209 @@
+"""How fine the next run is, and what two or more runs bound: levels, comparisons, their control."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from random_scenes import draw_scene
+
+import hexapod_pin as hp
+from hexapod_pin.simulation.accuracy_control import AccuracyControl
+from hexapod_pin.simulation.resolution import (
+    CHANCE,
+    FINER_SHARE,
+    JUMP,
+    REGULAR_SHARE,
+    Comparison,
+    finer_share,
+    next_level,
+)
+from hexapod_pin.simulation.run_settings import RunSettings
+from hexapod_pin.validation.position_error import PositionError
+
+ACCURACY = 1e-4
+
+
+def test_a_finer_run_follows_until_its_bound_is_within() -> None:
+    """Four levels at a time, as far as there are levels."""
+    good, bad = (Comparison(0, 4, x / FINER_SHARE[4]) for x in (0.99, 1.01))
+    assert good.kept and next_level([good]) is None
+    assert good.error_ratio == pytest.approx(0.99, rel=1e-12)
+    assert not bad.kept and next_level([bad]) == 4 + JUMP == 8
+    assert next_level([Comparison(0, 4, 1e4)]) == 8
+    assert next_level([bad], finest=7) is None
+    assert [finer_share(k) for k in (1, 7, 40)] == [FINER_SHARE[4], FINER_SHARE[6], FINER_SHARE[8]]
+
+
+@pytest.mark.parametrize("decay", [0.5, 10.0**-0.25, 0.68, 0.7, 0.85])
+@pytest.mark.parametrize("levels", [4, 6, 8])
+def test_bounds_follow_how_fast_three_runs_show_errors_to_fall(decay: float, levels: int) -> None:
+    """Errors 3 r^n: the bound holds; it is sharper where r is regular, and wider where slower."""
+    errors = [3.0 * decay**n for n in (0, 4, 4 + levels)]
+    first = Comparison(0, 4, errors[0] - errors[1])
+    last = Comparison(4, 4 + levels, errors[1] - errors[2]).after(first)
+    if levels == 4:
+        assert last.decay == pytest.approx(decay, rel=1e-12)
+    assert last.error_ratio >= errors[2]
+    usual = Comparison(4, 4 + levels, last.difference).error_ratio
+    if levels == 4:
+        assert (last.error_ratio > usual) == (decay >= 0.7)
+    assert last.error_fraction * last.difference == last.error_ratio
+
+
+@pytest.mark.parametrize("effort", [1.05, 1.2, 2.0])
+def test_bounds_are_wider_where_the_finer_run_is_hardly_finer(effort: float) -> None:
+    """Errors of order 3 in steps that samples end: 1/n^3 for n evaluations."""
+    error = effort**-3
+    found = Comparison(0, 4, 1.0 - error, effort=effort, order=3)
+    assert found.error_ratio >= error * (1.0 - 1e-12)
+    by_levels = Comparison(0, 4, 1.0 - error).error_ratio
+    assert found.error_ratio == pytest.approx(max(error, by_levels), rel=1e-12)
+    assert Comparison(0, 4, 0.0, effort=1.0, order=3).kept  # a robot at rest
+
+
+def test_runs_that_agree_far_better_than_tolerances_are_confirmed() -> None:
+    """Two of three runs may have missed the same event: a fourth decides, once."""
+    first = Comparison(0, 4, 50.0)
+    usual, chance = (Comparison(4, 8, 50.0 * 0.1 * x).after(first) for x in (0.1, 0.99 * CHANCE))
+    assert usual.kept and chance.by_chance and not chance.kept and next_level([first, chance]) == 12
+    confirmed = Comparison(8, 12, 1e-6).after(chance)
+    assert confirmed.kept and not confirmed.by_chance
+    contradicted = Comparison(8, 12, 50.0).after(chance)
+    assert not contradicted.kept and next_level([first, chance, contradicted]) == 16
+
+
+def test_a_difference_that_grows_or_has_no_gain() -> None:
+    """Bounds widen by a finite factor; a motion that amplifies errors is not run finer for ever."""
+    grown = Comparison(4, 8, 2.0).after(Comparison(0, 4, 1.0))
+    assert 10.0 < grown.error_ratio / Comparison(4, 8, 2.0).error_ratio < 100.0
+    assert Comparison(4, 8, 2.0).after(Comparison(0, 4, 0.0)) == Comparison(4, 8, 2.0)
+    assert Comparison(0, 4, 0.0).after(None).kept
+    flat = [Comparison(4 * k, 4 * k + 4, 50.0) for k in range(3)]
+    assert next_level(flat[:1]) == 8 and next_level(flat[:2]) == 12
+    assert next_level(flat) is None
+    # less than half over four levels is no gain; once it is one, the count begins anew
+    slow = [Comparison(4 * k, 4 * k + 4, x) for k, x in enumerate((5e4, 3e4, 1e4, 6e3))]
+    assert next_level(slow[:2]) == 12 and next_level(slow) == 20
+
+
+def test_a_finer_run_that_finds_far_more_events_is_not_accepted() -> None:
+    """However near they are; the next run decides, be it as far apart."""
+    found = Comparison(0, 8, 0.01, events=(5, 99))
+    assert found.finds_more and not found.kept
+    assert next_level([found]) == 12
+    assert next_level([found], finest=8) is None
+    resolved = Comparison(8, 12, 40.0, events=(99, 150)).after(found)
+    assert resolved.decay == Comparison(0, 8, 0.01).decay  # the first does not show it
+    assert next_level([found, resolved]) == 16  # no stall either
+    for events in ((0, 10), (5, 20), (100, 210), (99, 5)):
+        assert Comparison(0, 8, 0.01, events=events).kept, events
+
+
+class StubRun:
+    """A run whose trunk is off by an error at its end; a level costs as much as it is fine."""
+
+    def __init__(self, error: float, level: int = 0) -> None:
+        """Take the error over the accuracy; inf: it has diverged."""
+        self.good, self.wall_time, self.follows_error = np.isfinite(error), 0.0, False
+        counters = {"evaluations": round(1000 * 10.0 ** (level / 12)), "events": 0}
+        self.rollout = SimpleNamespace(counters=lambda: counters, ended_by="", summary=dict)
+        self._q = np.array([[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]] * 2)
+        self._q[1, 0] = error * ACCURACY
+
+    def samples(self) -> dict[str, Any]:
+        """Return two samples."""
+        return {"q": self._q}
+
+    def require_good_so_far(self) -> None:
+        """Refuse a run that diverged."""
+        raise hp.errors.DivergenceError("diverged", None)
+
+
+def control_of(errors: dict[int, float], *, sensitive: bool = False) -> AccuracyControl:
+    """Return a control that has taken runs as it asked for them, by errors over the accuracy."""
+    control = AccuracyControl(settings(sensitive))
+    level: int | None = control.settings.method_settings.first_levels[0]
+    while level is not None:
+        control.take(level, StubRun(errors.get(level, 0.0), level))  # type: ignore[arg-type]
+        level = control.next_level()
+    return control
+
+
+def settings(sensitive: bool = False) -> RunSettings:
+    """Return those of a run of 1 s, of a scene where errors may grow."""
+    plain = RunSettings.of(1.0, None, ACCURACY, None, None, None)
+    return replace(plain, method_settings=replace(plain.method_settings, sensitive=sensitive))
+
+
+def test_runs_follow_until_the_bound_is_within() -> None:
+    """Errors of 10, 1, then 0.1: the third run is returned, and its bound is the smaller."""
+    control = control_of({0: 10.0, 4: 1.0, 8: 0.1})
+    first, last = control.comparisons
+    assert (first.coarser, first.finer, last.coarser, last.finer) == (0, 4, 4, 8)
+    assert not first.kept and last.kept
+    assert last.error_ratio == pytest.approx(FINER_SHARE[4] * REGULAR_SHARE * 0.9, rel=1e-12)
+
+
+def test_runs_that_diverge() -> None:
+    """One that does is run finer once; a finer one that does ends the search."""
+    with pytest.raises(hp.errors.DivergenceError):
+        control_of({0: np.inf, 4: np.inf})
+    control = control_of({0: 100.0, 4: 0.0, 8: np.inf})
+    assert not control.comparisons[-1].kept
+
+
+def test_errors_that_fall_as_tolerances_do_are_confirmed_by_one_run_more() -> None:
+    """The finest of the three stays the finest, and its bound what it was."""
+    control = control_of({0: 4.0, 4: 0.4, 8: 0.04}, sensitive=True)
+    first, last = control.comparisons
+    assert first.needs_witness and not first.kept and last.kept
+    assert (last.coarser, last.finer) == (4, 8)
+    assert first.error_ratio == pytest.approx(FINER_SHARE[8] * 3.96, rel=1e-12)
+    assert control.error_ratio == pytest.approx(first.error_ratio, rel=1e-12)
+
+
+def test_two_runs_that_are_wrong_by_as_much_are_found_out() -> None:
+    """Both have lost the order in which corners hit: apart they are within a bound of the finer."""
+    errors = {0: 5.0, 8: 1.9, 4: -3.5, 12: 0.2, 16: 0.02}
+    control = control_of(errors, sensitive=True)
+    assert Comparison(0, 8, errors[0] - errors[8]).error_ratio < 1.0 < errors[8]
+    found = [(one.coarser, one.finer) for one in control.comparisons]
+    assert found == [(0, 8), (4, 8), (8, 12), (12, 16)]  # the run between is none without gain
+    assert abs(errors[16]) <= control.error_ratio <= 1.0
+
+
+@pytest.mark.parametrize("difference", [0.99, 1.01])
+def test_a_difference_within_the_accuracy_needs_none(difference: float) -> None:
+    """Nor do runs of neighbouring levels, whose difference is nearly the bound itself."""
+    assert Comparison(0, 8, difference).needs_witness == (difference > 1.0)
+    assert not Comparison(0, JUMP, difference).needs_witness
+    assert Comparison(0, 8, difference).kept == (difference < 1.0)
+    beyond = Comparison(0, 8, 1.01 / FINER_SHARE[8])
+    assert not beyond.needs_witness and next_level([beyond]) == 8 + JUMP
+
+
+def test_one_that_diverges_is_asked_for_once() -> None:
+    """A finer run follows instead; beyond the finest level there is none, and nothing is kept."""
+    control = control_of({0: 4.0, 8: 0.04, 4: np.inf, 12: 0.004}, sensitive=True)
+    assert control.comparisons[-1].finer == 12 and control.comparisons[-1].kept
+    doubtful = Comparison(0, 8, 4.0)
+    assert next_level([doubtful], finest=8, taken=(0, 8)) == 4
+    assert next_level([doubtful], finest=8, taken=(0, 8, 4)) is None and not doubtful.kept
+
+
+def test_a_box_that_settles_on_its_corners_is_within_its_bound() -> None:
+    """Coarse and fine, 100 times apart in tolerance, were off by 5.0 and by 3.7 of the accuracy.
+
+    From 0.333 s on the box hits the ground with one corner after the other. Small errors grow there
+    27 times by 0.36 s, that of the fine run, 5e-5, even 97 times: another corner comes first.
+    """
+    drawn, accuracy = draw_scene(2511291010, 139), 1e-3
+    reference = drawn.run(method="ndf", accuracy=1e-9)
+    assert reference.error_estimate < 0.01 * accuracy
+    run = drawn.run(method="extrapolated-euler", accuracy=accuracy)
+    error = PositionError.between(run.q, reference.q).q
+    assert error <= run.error_estimate <= accuracy
