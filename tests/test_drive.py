@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin import native
-from hexapod_pin.drive.drive_law import armature, drive_law, torque_cap
+from hexapod_pin.drive.drive_law import armature, drive_law, native_gear, torque_cap
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.simulation.plant import native_plant
 
@@ -27,14 +28,21 @@ def kharagpur() -> hp.Robot:
     return hp.load_robot("kharagpur")
 
 
-def law(**changes: Any) -> Any:
+GEAR = hp.drive.GearFriction(
+    coulomb=0.02, stribeck=0.05, motor=0.2, load=0.1, motor_stribeck=0.05, load_stribeck=0.1,
+    motor_quadratic=0.03, load_quadratic=0.02, stribeck_speed=1.5, stribeck_exponent=1.3,
+)  # fmt: skip
+
+
+def law(*, gear: Sequence[Any] = (), **changes: Any) -> Any:
     """Return the drive of one joint: kp 10, kd 0.5, cap 1 N m, the line of MOTOR, stops at +-1."""
     numbers = {
         "kp": 10.0, "kd": 0.5, "cap": 1.0, "line_torque": 1.6, "line_slope": 0.4,
         "damping": 0.03, "friction": 0.2, "lower": -1.0, "upper": 1.0, **changes,
     }  # fmt: skip
     arrays = {name: np.array([value]) for name, value in numbers.items()}
-    return native.drive_law(**arrays, stop_stiffness=np.array([50.0]), stop_dissipation=0.3)
+    stops = {"stop_stiffness": np.array([50.0]), "stop_dissipation": 0.3}
+    return native.drive_law(**arrays, **stops, gear=gear)
 
 
 def torque_by_hand(angle: float, rate: float, demand: float) -> float:
@@ -63,23 +71,33 @@ def test_law_by_hand() -> None:
     assert seen >= {*LIMIT, *STOP, FRICTION.forward, FRICTION.backward}
 
 
-def test_slopes_against_differences() -> None:
-    """-d/dq and -d/dv of every combination of modes, to the round-off of the differences."""
-    drive, h = law(), 1e-6
+@pytest.mark.parametrize("external_load", [None, False, True])
+def test_slopes_against_differences(external_load: bool | None) -> None:
+    """-d/dq and -d/dv of every combination of modes, to the round-off of the differences.
+
+    Without a gear and with one of each kind of load; the external load contains the stop's torque.
+    """
+    gears = []
+    if external_load is not None:
+        gears = [native_gear(GEAR.model_copy(update={"external_load": external_load}), 0.03)]
+    drive, plain, h = law(gear=gears), law(friction=0.0, damping=0.0), 1e-6
     for limit, stop, friction in itertools.product(LIMIT, STOP, FRICTION):
-        mode = native.DriveMode()
+        mode, free = native.DriveMode(), native.DriveMode()
         mode.limit, mode.stop, mode.friction = limit, stop, friction
+        free.stop = stop
         side = -1.03 if stop in (STOP.lower, STOP.lower_released) else 1.03
+        moving = -0.7 if friction == FRICTION.backward else 0.7
 
-        def torque(q: float, v: float, mode: Any = mode) -> float:
+        def found(q: float, v: float, mode: Any = mode, free: Any = free) -> tuple[float, ...]:
             demand = drive.demand(0, 0.2 - q, 0.1 - v, 0.05)
-            return float(drive.torque(0, mode, q, v, demand)[0])
+            external = 0.3 + plain.torque(0, free, q, v, 0.0)[0]
+            return tuple(drive.torque(0, mode, q, v, demand, external))
 
-        _, stiffness, damping = drive.torque(0, mode, side, 0.7, 0.0)
-        by_angle = (torque(side + h, 0.7) - torque(side - h, 0.7)) / (2.0 * h)
-        by_rate = (torque(side, 0.7 + h) - torque(side, 0.7 - h)) / (2.0 * h)
-        assert stiffness == pytest.approx(-by_angle, abs=1e-7)
-        assert damping == pytest.approx(-by_rate, abs=1e-7)
+        _, stiffness, damping = found(side, moving)
+        by_angle = (found(side + h, moving)[0] - found(side - h, moving)[0]) / (2.0 * h)
+        by_rate = (found(side, moving + h)[0] - found(side, moving - h)[0]) / (2.0 * h)
+        assert stiffness == pytest.approx(-by_angle, abs=1e-7), mode
+        assert damping == pytest.approx(-by_rate, abs=1e-7), mode
 
 
 def test_switches_show_where_a_mode_ends() -> None:

@@ -74,9 +74,8 @@ BESIDE_INPUT: Mapping[str, tuple[str, str]] = {
 ENDINGS: Mapping[str, tuple[str, ...]] = {
     "--html": (".html",), "--save-case": (".toml",), "--store": (".db",), "--csv": (".csv",),
     "--plot": (".png", ".svg"), "--figure": (".png", ".pdf"), "--json": (".json",),
-    "--report": (".html",),
-    "repair --out": (".urdf",), "contact --out": (".png",), "bench --out": (".md", ".json", ".csv"),
-    "verify --out": (".md",),
+    "--report": (".html",), "repair --out": (".urdf",), "contact --out": (".png",),
+    "bench --out": (".md", ".json", ".csv"), "verify --out": (".md",),
     "export OUT": (".xml", ".urdf", ".yaml", ".mcap", ".csv", ".csv.gz"),
 }  # fmt: skip
 """Endings of files to write; of a trace where nothing is said here."""
