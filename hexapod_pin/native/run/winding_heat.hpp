@@ -1,5 +1,6 @@
-// Currents of the motors, and the temperatures of their windings, along a run: two thermal bodies for each, and a
-// resistance that grows with temperature.
+// Currents of the motors, and the temperatures of their windings, along a run: two thermal bodies for each, a
+// resistance that grows with the winding's temperature, and magnets that weaken with the housing's:
+//   i = torque / (k (1 - b (T_h - 25)))
 //   C_w T_w' = i^2 R (1 + c (T_w - 25)) - (T_w - T_h) / R_wh,   C_h T_h' = (T_w - T_h) / R_wh - (T_h - T_a) / R_ha
 // with C = time constant / resistance. Between two states i^2 is its mean, and the implicit midpoint rule is taken.
 #pragma once
@@ -32,7 +33,7 @@ class WindingHeat {
   void see(double t, const VectorXd& torque) {
     const double step = t - time_;
     for (Eigen::Index j = 0; j < motors_.rows(); ++j) {
-      const double before = current_[j], now = motors_(j, 0) * torque[j];
+      const double before = current_[j], now = motors_(j, 0) * torque[j] / flux(j);
       if (step > 0.0) warm(j, step, 0.5 * (before * before + now * now));  // not at the start: it is NaN
       current_[j] = now;
     }
@@ -40,7 +41,12 @@ class WindingHeat {
   }
 
  private:
-  static constexpr double kCopper = 0.0039, kReference = 25.0;  // 1/K, deg C
+  static constexpr double kCopper = 0.0039, kMagnet = 0.0011, kReference = 25.0;  // 1/K, 1/K, deg C
+
+  // Torque constant over that at 25 deg C, at the housing's temperature so far: it changes over minutes.
+  double flux(Eigen::Index j) const {
+    return std::isnan(winding_[j]) ? 1.0 : 1.0 - kMagnet * (housing_[j] - kReference);
+  }
 
   void warm(Eigen::Index j, double step, double square) {
     const double to_housing = motors_(j, 2), to_ambient = motors_(j, 3);
