@@ -14,9 +14,10 @@ from scipy.optimize import brentq
 
 import hexapod_pin as hp
 from hexapod_pin import native
-from hexapod_pin.drive.drive_law import drive_law, has_dry_friction, native_gear
+from hexapod_pin.drive.drive_law import drive_law, gears, has_dry_friction, native_gear
 from hexapod_pin.drive.gear_friction import ASSUMED
 from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.robot.loading.load_options import LoadOptions
 from tests.vehicles import FREE, heavy_leg
 
 INERTIA = 2e-3  # of the light link about its joint, kg m^2
@@ -290,11 +291,11 @@ def test_prescribed_motion_takes_the_motor_s_torque(flies: bool) -> None:
             still = pin.rnea(model, model.createData(), plain.q[k], plain.v[k], np.zeros(24))
             load = -float(still[6 + j])
 
-            def miss(friction: float, load: float = load, sign: float = sign) -> float:
-                motor = passed + sign * friction  # noqa: B023
-                return friction - published(MX64.gear, motor * sign, load * sign, speed)  # noqa: B023
+            def miss(friction: float, left: float, load: float, speed: float) -> float:
+                return friction - published(MX64.gear, left + friction, load, speed)
 
-            taken = sign * brentq(miss, 0.0, 10.0, xtol=1e-15)
+            along = (sign * passed, sign * load, speed)
+            taken = sign * brentq(miss, 0.0, 10.0, args=along, xtol=1e-15)
         assert geared.torque[k, j] == pytest.approx(passed + taken, abs=1e-9)
 
 
@@ -387,6 +388,16 @@ def test_the_assumed_gears_are_about_those_identified() -> None:
             for share, level in (ASSUMED["least"], ASSUMED["most"])
         )
         assert least < taken < most, name
+
+
+def test_behind_backlash_the_load_is_what_the_gear_passes_on() -> None:
+    """The edges of its gap alone load it: of the one joint with play, not of the others."""
+    options = LoadOptions(backlash={"lf_coxa_joint": 0.01})
+    robot = hp.load_robot("kharagpur", options=options)
+    motors = hp.Servo(kp=60.0, kd=1.2, motor=MX64.motor(12.0)).motors(robot)
+    found = dict(zip(robot.joint_names, gears(robot, motors), strict=True))
+    assert not found["lf_coxa_joint"].external_load
+    assert found["lf_femur_joint"].external_load and found["lm_coxa_joint"].external_load
 
 
 def test_refusals_and_files() -> None:

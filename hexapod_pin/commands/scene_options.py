@@ -209,10 +209,13 @@ def chosen_servo(robot: Robot, kp: float | None, kd: float | None, force: bool) 
     """
     from hexapod_pin.drive.servo import EFFORT_TIME, Servo, assumed_gains
 
-    found, usual = Servo.for_robot(robot, kp=kp, kd=kd), assumed_gains(robot)
+    found = Servo.for_robot(robot, kp=kp, kd=kd)
+    if kp is None or force:
+        return found
+    usual = assumed_gains(robot)
     most = STIFFEST * _least(usual.kp)
     damping = _least(usual.kd) if kd is None else kd
-    if kp is None or force or kp <= most or damping >= LEAST_DAMPING * kp:
+    if kp <= most or damping >= LEAST_DAMPING * kp:
         return found
     allowed = f"at most {most:.3g} N m/rad where kd is {damping:.3g} N m s/rad"
     hint = (

@@ -43,7 +43,7 @@ def drive_law(robot: Robot, servo: Servo, stops: JointStops) -> DriveLaw:
         kp=kp, kd=kd, cap=torque_cap(robot, servo), line_torque=line, line_slope=slope,
         damping=damping, friction=friction, lower=np.array(robot.lower, dtype=float),
         upper=np.array(robot.upper, dtype=float), stop_stiffness=stops.stiffnesses(robot),
-        stop_dissipation=stops.dissipation, gear=_gears(robot, motors),
+        stop_dissipation=stops.dissipation, gear=gears(robot, motors),
     )  # fmt: skip
 
 
@@ -67,7 +67,7 @@ def check_gaps(robot: Robot, servo: Servo, stops: JointStops) -> None:
             raise ParameterError("JointStops.gap_stiffness", stops.gap_stiffness, allowed)
 
 
-def _gears(robot: Robot, motors: Sequence[Motor | None]) -> list[NativeGearFriction]:
+def gears(robot: Robot, motors: Sequence[Motor | None]) -> list[NativeGearFriction]:
     """Return the gear friction of every joint in the core's form; none where no joint has any.
 
     A gear behind backlash is loaded by the edges of its gap alone: its load is what it passes on.

@@ -109,10 +109,11 @@ struct GearFriction {
     double p = ratio < 1.0 ? 0.0 : 1.0;
     if (external_load) p = std::clamp((ratio - 1.0 + kBlend) / (2.0 * kBlend), 0.0, 1.0);
     const double share = p * p * (3.0 - 2.0 * p), slope = 6.0 * p * (1.0 - p) / (2.0 * kBlend);
-    const double turn = slope * (by_motor - by_load);  // by the ratio
+    // Slope by the ratio, times it; outside of the passage the ratio may overflow.
+    const double turn = slope > 0.0 ? slope * (by_motor - by_load) * ratio : 0.0;
     return {(1.0 - share) * by_load + share * by_motor,
-            2.0 * share * motor_quadratic * u - turn * ratio / u,
-            2.0 * (1.0 - share) * load_quadratic * e + turn * ratio / e};
+            2.0 * share * motor_quadratic * u - turn / u,
+            2.0 * (1.0 - share) * load_quadratic * e + turn / e};
   }
 
   GearResponse solve(double given, double w, bool of_motor) const {

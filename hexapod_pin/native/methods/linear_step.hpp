@@ -45,7 +45,7 @@ class LinearStep {
     auto& system = plant.system;
     system.load(plant.mass_upper());
     acceleration_ = -plant.bias();
-    if (plant.loaded) find_external_at_start(plant);
+    if (plant.needs_external) find_external_at_start(plant);
     if constexpr (PlantT::kPrescribed) take_motion(h, joints, v);
     else
       for (int j = 0; j < plant.joints(); ++j) add_joint(plant, j, h, joints[j], v[6 + j]);
@@ -115,7 +115,7 @@ class LinearStep {
       force_[i] = foot.contact.force - foot.contact.slope(secant_[i]) * (velocity_[i] - foot.velocity) -
                   (h * foot.ground.normal.dot(moved)) * foot.contact.minus_dz;
     }
-    if (plant.loaded && !PlantT::kPrescribed) find_external_at_end(plant, h);
+    if (plant.needs_external && !PlantT::kPrescribed) find_external_at_end(plant, h);
   }
 
   // Releases feet whose normal force at the end is negative and gives those whose slip would reverse the
@@ -287,7 +287,7 @@ class LinearStep {
     xb.noalias() += k * (n.transpose() * foot.jb);
     xl.noalias() += k * (n.transpose() * foot.jl);
     const Vec3 drift = plant.jacobian_times(i, foot.qb, foot.ql, v);
-    if (plant.loaded) {
+    if (plant.needs_external) {
       const LegJacobian left = plant.left_by_gears(i, left_);
       plant.system.add_foot(int(plant.foot_of(i)), foot.jb, left, xb, xl);
       const Vec3 change = w * drift + (h * n.dot(foot.velocity)) * contact.minus_dz;

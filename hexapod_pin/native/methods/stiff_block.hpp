@@ -153,7 +153,7 @@ class StiffBlock {
   void accumulate_drives(const PlantT& plant, const VectorXd& v, const VectorXd& demand, const Z& dz,
                          EnergyLedger& ledger) {
     const DriveLaw& drive = plant.drive;
-    if (plant.loaded) find_external(plant, dz);
+    if (plant.needs_external) find_external(plant, dz);
     for (int j = 0; j < plant.joints(); ++j) {
       const double turn = shift_[6 + j], change = right_[6 + j], rate = v[6 + j] + change;
       const double wanted = drive.demand_after(j, demand[j], turn, change);
@@ -225,7 +225,7 @@ class StiffBlock {
     c.n = foot.ground.normal;
     if (!c.has_force) return;
     c.jb = foot.jb, c.jl = c.left = foot.jl, c.qb = foot.qb, c.ql = foot.ql;
-    if (plant.loaded && !PlantT::kPrescribed) c.left = plant.left_by_gears(i, left_);
+    if (plant.needs_external && !PlantT::kPrescribed) c.left = plant.left_by_gears(i, left_);
     c.w = c.w_effective = foot.contact.minus_du;
     c.k = c.k_effective = foot.contact.minus_dz;
   }

@@ -17,7 +17,7 @@ Plant<SystemT>::Plant(const Dynamics& body, std::vector<FootMount> mounts, Conta
                       DriveLaw drive)
     : dynamics(body), tree(body.tree()), mounts(std::move(mounts)), law(law), terrain(std::move(terrain)),
       drive(std::move(drive)), dry(!kPrescribed && this->drive.dry()),
-      loaded(this->drive.needs_external()), system(tree, this->mounts),
+      needs_external(this->drive.needs_external()), system(tree, this->mounts),
       per_foot(this->terrain.max_contacts()), feet(this->mounts.size() * per_foot), stop(tree.nv - 6),
       mode(tree.nv - 6), holding(VectorXd::Zero(tree.nv - 6)), external(holding), gear_slopes(tree.nv - 6),
       drive_counters(tree.nv - 6),
@@ -189,7 +189,7 @@ void Plant<SystemT>::accumulate(EnergyLedger& ledger, const VectorXd& v, const V
   ledger.push += dt * push_power(v);
   ledger.joint_damping += dt * v.tail(joints()).cwiseAbs2().dot(drive.damping);
   VectorXd own;
-  if (kPrescribed && loaded) find_external(own);
+  if (kPrescribed && needs_external) find_external(own);
   const VectorXd& load = own.size() > 0 ? own : external;
   if (dry || kPrescribed)
     for (int j = 0; j < joints(); ++j) {
@@ -210,7 +210,7 @@ void Plant<SystemT>::acceleration(const VectorXd& v, const VectorXd& torque, Vec
   for (std::size_t i = 0; i < feet.size(); ++i)
     if (feet[i].active) add_jacobian_transposed(i, feet[i].contact.force, out);
   system.load(mass_upper());
-  if (loaded && dry) find_external(external);
+  if (needs_external && dry) find_external(external);
   if (dry)
     for (int j = 0; j < joints(); ++j) {
       out[6 + j] += drive.dry_torque(j, mode[j].friction, torque[j], v[6 + j], external[j]);

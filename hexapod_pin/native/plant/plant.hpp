@@ -194,7 +194,7 @@ class Plant {
   Terrain terrain;
   DriveLaw drive;
   bool dry;  // a joint that is driven has dry friction
-  bool loaded;  // some gear's friction depends on the external load
+  bool needs_external;  // some gear's friction depends on the external load
   Loads loads;
   System system;
   double located_depth = kLocatedTouchDepth;  // m; the same, of the method in use
@@ -207,7 +207,7 @@ class Plant {
   // Contacts keep pressing or are released, stuck or sliding, and on their patch, as they remember.
   bool pieces_frozen = false;
   VectorXd holding;              // torque that stuck joints must hold, N m
-  VectorXd external;             // of `find_external` as last accelerated, where `loaded`, N m
+  VectorXd external;             // of `find_external` as last accelerated, where `needs_external`, N m
   std::vector<GearResponse> gear_slopes;  // of each joint's gear friction, as last accelerated
   DriveCounters drive_counters;
   Vec3 ground_velocity = Vec3::Zero();

@@ -31,9 +31,9 @@ void reaction_torque(const PlantT& plant, const VectorXd& v, const VectorXd& acc
     for (std::size_t k = 0; k < plant.columns(i).size(); ++k)
       torque[Tree::column(plant.columns(i)[k]) - 6] -= plant.feet[i].jl.col(k).dot(f);
   }
-  if (plant.loaded) plant.find_external(force, external);
+  if (plant.needs_external) plant.find_external(force, external);
   for (int j = 0; j < plant.joints(); ++j)
-    torque[j] += plant.drive.resistance_to(j, torque[j], v[6 + j], plant.loaded ? external[j] : 0.0);
+    torque[j] += plant.drive.resistance_to(j, torque[j], v[6 + j], plant.needs_external ? external[j] : 0.0);
 }
 
 // The same under the forces at the evaluated state.
@@ -52,7 +52,7 @@ void add_reaction_work(const PlantT& plant, const VectorXd& v, const VectorXd& t
   for (int j = 0; j < plant.joints(); ++j) {
     const double rate = v[6 + j];
     ledger.servo += dt * torque[j] * rate;
-    const double load = plant.loaded ? external[j] : 0.0;
+    const double load = plant.needs_external ? external[j] : 0.0;
     ledger.joint_damping += dt * plant.drive.resistance(j, torque[j], rate, load) * rate;
   }
 }

@@ -90,7 +90,7 @@ class RobustStep {
     else
       drives_.begin(plant.drive, plant.dry, reference, t + h, h, kImplicitness, q.tail(plant.joints()),
                     v.tail(plant.joints()));
-    if (plant.loaded && !PlantT::kPrescribed) plant.find_external(drives_.external());
+    if (plant.needs_external && !PlantT::kPrescribed) plant.find_external(drives_.external());
     find_contacts(plant, t, h, q);
     if (legs_.keeps_any()) solve_and_accept(plant, h, v, any_solver_, ledger);
     else solve_and_accept(plant, h, v, base_solver_, ledger);
@@ -108,7 +108,7 @@ class RobustStep {
       if constexpr (PlantT::kPrescribed) break;
       bool changed = drives_.find_changes(velocity_used_.tail(plant.joints()));
       if (drives_.dry()) changed |= find_friction_changes(plant, h, v);
-      if (plant.loaded) changed |= find_load_changes(plant, h);
+      if (plant.needs_external) changed |= find_load_changes(plant, h);
       if (!changed || pass == most) break;
       ++solved_again_;
     }

@@ -68,7 +68,7 @@ class JointDrives:
             self.viscous[j] += motor.viscous_friction
             self.level[j] += motor.dry_friction
             if motor.gear_friction is not None:
-                self.gears[j] = _written(motor.gear_friction)
+                self.gears[j] = _with_external_load(motor.gear_friction)
             if motor.peak_torque is not None:
                 self.cap[j] = min(self.cap[j], motor.peak_torque)
         self.dry = self.level > 0.0
@@ -206,7 +206,7 @@ def _by_bam(gear: GearFriction, motor: float, load: float, speed: float) -> floa
     return gear.coulomb + abs(gear.load * load - gear.motor * motor) + fade * slow
 
 
-def _written(gear: GearFriction) -> GearFriction:
+def _with_external_load(gear: GearFriction) -> GearFriction:
     """Return a gear whose load is external.
 
     Raises:
