@@ -10,7 +10,6 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.body_path import TRANSIENT_CYCLES
@@ -30,7 +29,7 @@ CHECKED_CYCLES = 7
 SAMPLES_PER_CYCLE = 300
 
 KEPT_PATHS = 64
-"""How many checked paths are cached, whatever the cycle time (0.2 MB each)."""
+"""How many checked walks are cached, whatever the cycle time (0.5 MB each)."""
 
 MIN_NORMALISED_DETERMINANT = 0.02
 """Smallest normalised Jacobian determinant a plan may pass (*assumed*).
@@ -84,10 +83,10 @@ def violation(six: LegGroup, gait: Gait, motion: BodyMotion | None = None) -> Vi
     six, gait = six.along(gait), six.fitted(gait)
     if np.ptp(six.soles) > MAX_FOOT_HEIGHT_SPREAD:
         return _uneven(six)
-    found = _path_or_rates(six, gait.in_one_second(), motion)
+    found = checked_walk(six, gait.in_one_second(), motion)
     if isinstance(found, Violation):
         return found
-    fast = _too_fast(six, found / gait.cycle_time)
+    fast = _too_fast(six, found.v / gait.cycle_time)
     return None if fast is None else fast[0]
 
 
@@ -101,24 +100,44 @@ def shortest_cycle(six: LegGroup, gait: Gait) -> float | None:
         GaitError: the gait has phases for other legs.
     """
     six, gait = six.along(gait), six.fitted(gait)
-    found = _path_or_rates(six, gait.in_one_second(), None)
+    found = checked_walk(six, gait.in_one_second(), None)
     if isinstance(found, Violation):
         return None
-    return float((np.abs(found) / six.max_rate[:, None]).max())
+    return float((np.abs(found.v) / six.max_rate[:, None]).max())
+
+
+@dataclass(frozen=True, eq=False)
+class CheckedWalk:
+    """The joints of a whole walk that nothing speaks against, at the times of `checked_times`.
+
+    Attributes:
+        time: [s]. Shape (K,).
+        q: joint angles leg by leg [rad]. Shape (L, K, J).
+        v: joint rates, to a few digits [rad/s]. Shape (L, K, J).
+    """
+
+    time: Array
+    q: Array
+    v: Array
 
 
 @lru_cache(maxsize=KEPT_PATHS)
-def _path_or_rates(
-    six: LegGroup, gait: Gait, motion: BodyMotion | None
-) -> Violation | NDArray[np.float64]:
-    """Return what is wrong with the paths of a gait, or its joint rates [rad/s], (L, K, J)."""
+def checked_walk(six: LegGroup, gait: Gait, motion: BodyMotion | None) -> Violation | CheckedWalk:
+    """Return what is wrong with the paths of a gait, or how its joints move.
+
+    Args:
+        six: the legs, along the gait.
+        gait: the gait, in one second: its paths are those of any cycle time.
+        motion: constant offsets of the trunk; None: none.
+    """
     if six.kinematics.task is not None:
         stands = _singular(six, six.kinematics.posture[:, None], len(six.legs))
         if stands is not None:
             return stands[0]
     path = checked_path(six, gait, motion)
+    time = checked_times(path)
     try:
-        p_BF, v_BF = six.foot_motion(path, checked_times(path))
+        p_BF, v_BF = six.foot_motion(path, time)
     except ReachError as error:
         return Violation(PATH, str(error), error.brief)
     q, refused = six.kinematics.solve(p_BF)
@@ -128,7 +147,9 @@ def _path_or_rates(
             return found[0]
         return Violation(PATH, str(refused[1]), refused[1].brief)
     found = _singular(six, q, len(six.legs))
-    return six.kinematics.estimated_rates(p_BF, v_BF, q) if found is None else found[0]
+    if found is not None:
+        return found[0]
+    return CheckedWalk(time, q, six.kinematics.estimated_rates(p_BF, v_BF, q))
 
 
 @lru_cache(maxsize=KEPT_PATHS)
@@ -162,12 +183,12 @@ def _singular(six: LegGroup, q: Array, legs: int) -> tuple[Violation, int] | Non
     return None
 
 
-def checked_times(path: FootPath, samples_per_cycle: int = SAMPLES_PER_CYCLE) -> Array:
+def checked_times(path: FootPath) -> Array:
     """Return the times at which a walk of CHECKED_CYCLES is checked [s].
 
     Of its steady part the first cycle is enough.
     """
-    cycles = np.linspace(0.0, CHECKED_CYCLES, CHECKED_CYCLES * samples_per_cycle + 1)
+    cycles = np.linspace(0.0, CHECKED_CYCLES, CHECKED_CYCLES * SAMPLES_PER_CYCLE + 1)
     time = cycles * path.gait.cycle_time
     return time[(cycles <= TRANSIENT_CYCLES + 1) | (time >= path.steady_until)]
 

@@ -239,31 +239,45 @@ KEPT_TABLES = 4
 class RollTable:
     """Displacements d(t) of the foot centres of L legs, in the world, piece by piece.
 
+    The M pieces of all legs are in one row, those of the first leg first.
+
     Attributes:
-        marks: where the pieces begin, and the end of the last [s]. L of shape (M + 1,).
-        powers: coefficients of s^k, s from -1 to 1 over the piece [m]. L of shape (D, M, 2).
+        marks: where each leg's pieces begin, and the end of its last [s]. L arrays.
+        begin: of the pieces [s]. Shape (M,).
+        half: half of their lengths [s]. Shape (M,).
+        powers: coefficients of s^k, s from -1 to 1 over the piece [m]. Shape (D, M, 2).
     """
 
     marks: tuple[Array, ...]
-    powers: tuple[Array, ...]
+    begin: Array
+    half: Array
+    powers: Array
+
+    @staticmethod
+    def of(marks: tuple[Array, ...], powers: list[Array]) -> RollTable:
+        """Return the table of legs from their marks and coefficients, (D, M_leg, 2) each."""
+        begin = np.concatenate([mark[:-1] for mark in marks])
+        half = np.concatenate([0.5 * np.diff(mark) for mark in marks])
+        return RollTable(marks, begin, half, np.concatenate(powers, axis=1))
 
     def at(self, time: Array) -> tuple[Array, Array]:
         """Return d [m] and d' [m/s] at K times inside the table, horizontal. (K, L, 2) each."""
-        both = [self._leg(leg, time) for leg in range(len(self.marks))]
-        return np.stack([d for d, _ in both], axis=1), np.stack([v for _, v in both], axis=1)
-
-    def _leg(self, leg: int, time: Array) -> tuple[Array, Array]:
-        """Return one leg's d and d', (K, 2) each (Horner)."""
-        marks, powers = self.marks[leg], self.powers[leg]
-        piece = np.clip(np.searchsorted(marks, time, side="right") - 1, 0, len(marks) - 2)
-        half = 0.5 * (marks[piece + 1] - marks[piece])
-        s = ((time - marks[piece]) / half - 1.0)[:, None]
-        d = powers[-1, piece]
+        piece, first = np.empty((len(time), len(self.marks)), dtype=np.intp), 0
+        for leg, marks in enumerate(self.marks):
+            own = np.searchsorted(marks, time, side="right") - 1
+            piece[:, leg] = first + np.clip(own, 0, len(marks) - 2)
+            first += len(marks) - 1
+        half = self.half[piece]
+        s = ((time[:, None] - self.begin[piece]) / half - 1.0)[..., None]
+        d = self.powers[-1].take(piece, axis=0)
         slope = np.zeros_like(d)
-        for power in powers[-2::-1]:
-            slope = slope * s + d
-            d = d * s + power[piece]
-        return d, slope / half[:, None]
+        for power in self.powers[-2::-1]:  # Horner
+            slope *= s
+            slope += d
+            d *= s
+            d += power.take(piece, axis=0)
+        slope /= half[..., None]
+        return d, slope
 
 
 @lru_cache(maxsize=KEPT_TABLES)
@@ -280,7 +294,7 @@ def roll_table(six: LegGroup, path: FootPath, until: float) -> RollTable:
     powers = 0.5 * pieces.length[..., None, None] * (integral_powers() @ rate)
     powers[:, :, 0] += start
     tables = [_with_swings(pieces, powers, leg) for leg in range(len(pieces.begin))]
-    return RollTable(pieces.marks, tuple(tables))
+    return RollTable.of(pieces.marks, tables)
 
 
 @dataclass(frozen=True, eq=False)

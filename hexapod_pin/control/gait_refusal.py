@@ -18,9 +18,11 @@ from hexapod_pin.control.feasibility import (
     PATH,
     POSTURE,
     RATE,
+    SAMPLES_PER_CYCLE,
     Violation,
     checked_path,
     checked_times,
+    checked_walk,
     violation,
 )
 from hexapod_pin.control.gait import LONGEST_CYCLE, Gait
@@ -33,7 +35,6 @@ from hexapod_pin.robot.leg_bodies import LegBodies, leg_bodies
 if TYPE_CHECKING:
     from hexapod_pin.control.body_motion import BodyMotion
     from hexapod_pin.control.commanded_body import VelocityCommand
-    from hexapod_pin.control.foot_path import FootPath
     from hexapod_pin.robot.robot import Robot
 
 
@@ -221,10 +222,11 @@ def bisect(works: Callable[[float], bool], *, good: float, bad: float) -> float:
 
 # How near the legs come to each other and to the trunk in a planned walk.
 
-SAMPLES_PER_CYCLE = 60
-"""Postures checked in a cycle; around the nearest one REFINEMENT times as many."""
+CLEARANCE_STRIDE = 5
+"""Distances are computed at every fifth checked time, 60 in a cycle."""
 
 REFINEMENT = 16
+"""Around the nearest of these so many times as many."""
 
 MIN_CLEARANCE = 3e-3
 """Links that come nearer than this are reported [m] (*assumed*)."""
@@ -333,13 +335,19 @@ def _clearance(
         return Clearance(("", ""), 0.0, np.inf, bodies.excluded, bodies.assumed)
     six = six.along(gait)
     path = checked_path(six, gait, motion)
-    time = checked_times(path, SAMPLES_PER_CYCLE)
-    q = _postures(six, path, time)
-    row = _first_smallest(bodies.distances(q)[0])
-    steps = np.linspace(-1.0, 1.0, 2 * REFINEMENT + 1) / SAMPLES_PER_CYCLE
-    around = np.clip(time[row] + steps * gait.cycle_time, 0.0, time[-1])
-    near = six.leg_rows(q[max(row - 1, 0), 7:])
-    distance, nearest = bodies.distances(_postures(six, path, around, near))
+    walk = checked_walk(six, gait, motion)
+    if isinstance(walk, Violation):
+        time = checked_times(path)[::CLEARANCE_STRIDE]
+        q = six.kinematics.inverse(six.foot_motion(path, time)[0])
+    else:
+        time, q = walk.time[::CLEARANCE_STRIDE], walk.q[:, ::CLEARANCE_STRIDE]
+    row = _first_smallest(bodies.distances(with_base(six, q))[0])
+    width = gait.cycle_time * CLEARANCE_STRIDE / SAMPLES_PER_CYCLE
+    around = time[row] + np.linspace(-width, width, 2 * REFINEMENT + 1)
+    around = np.clip(around, 0.0, time[-1])
+    p_BF, _ = six.foot_motion(path, around)
+    nearby = six.kinematics.inverse(p_BF, q[:, max(row - 1, 0)])
+    distance, nearest = bodies.distances(with_base(six, nearby))
     row = _first_smallest(distance)
     pair, at = bodies.pairs[nearest[row]], float(around[row])
     return Clearance(pair, at, float(distance[row]), bodies.excluded, bodies.assumed)
@@ -365,22 +373,6 @@ def collision(
         f"links {' and '.join(found.links)} {found.nearness} at {found.time:.4g} s{shapes}",
         f"{' meets '.join(found.links)}",
     )
-
-
-def _postures(six: LegGroup, path: FootPath, time: Array, near: Array | None = None) -> Array:
-    """Return configurations of the robot at planned times, its base at the origin. (K, 7 + n).
-
-    Args:
-        six: the legs.
-        path: what their feet follow.
-        time: [s]. Shape (K,).
-        near: reference for the first angles, the standing posture if None [rad]. Shape (L, J).
-
-    Raises:
-        ReachError: the feet cannot follow.
-    """
-    p_BF, _ = six.foot_motion(path, time)
-    return with_base(six, six.kinematics.inverse(p_BF, near))
 
 
 def with_base(six: LegGroup, q: Array) -> Array:

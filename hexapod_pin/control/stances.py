@@ -52,7 +52,7 @@ def stances(footholds: Footholds, body: PlanarMotion, until: float, longest: flo
         longest: largest length of a piece [s].
     """
     gait = footholds.gait
-    placement = np.arange(-1.0, int(until / gait.cycle_time) + 3.0)
+    placement = np.arange(-1.0, int(until / gait.cycle_time) + 2.0)
     count = len(gait.phases)
     table = np.tile(placement[:, None], (1, count))
     place, middle = footholds.at(table), footholds.middle(table)
@@ -151,6 +151,7 @@ def integral() -> Array:
     return np.vander(points(), POINTS + 1, increasing=True) @ integral_powers()
 
 
+@cache
 def derivative_row(order: int, s: float) -> Array:
     """Return the derivatives at s of the powers of s. Shape (1, POINTS + 1)."""
     k = np.arange(POINTS + 1.0)
