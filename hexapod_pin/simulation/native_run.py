@@ -126,12 +126,13 @@ class NativeRun:
         from hexapod_pin import native as _native
 
         points, settings = self.set_points, self.settings
+        rows = self._followed_rows(start)
         limit = np.asarray(self.scene.robot.velocity_limit, dtype=float)
         arguments: dict[str, Any] = dict(
             plant=self._plant,
-            time=points.time.tolist(),
-            position=np.ascontiguousarray(points.q, dtype=float),
-            rate=np.ascontiguousarray(points.v, dtype=float),
+            time=points.time[rows].tolist(),
+            position=np.ascontiguousarray(points.q[rows], dtype=float),
+            rate=np.ascontiguousarray(points.v[rows], dtype=float),
             kind=points.kind,
             acceleration=native_acceleration(points),
             start=_native.checkpoint(
@@ -169,6 +170,18 @@ class NativeRun:
             raise ParameterError(
                 "method", settings.method_settings.method.name, str(error)
             ) from None
+
+    def _followed_rows(self, start: Checkpoint) -> slice:
+        """Return which knots of the set-points a run from here to its end comes by.
+
+        All where they may be extended or replaced, or know their accelerations.
+        """
+        points, length = self.set_points, self.settings.duration
+        if self.extend_plan is not None or points.kind != "cubic" or not length:
+            return slice(None)
+        first = int(np.searchsorted(points.time, start.time, side="right")) - 1
+        last = int(np.searchsorted(points.time, start.time + length, side="right")) + 1
+        return slice(max(0, first - 1), last)
 
     def with_settings(self, settings: RunSettings) -> NativeRun:
         """Return a run of the same scene from the same start, with other settings."""
