@@ -137,7 +137,10 @@ def steady_runs(case: CaseData, *, record: bool = True) -> Runs[AccuracyControl 
             control = yield from controlled_runs(run, control, 1.0 - SETTLED_SHARE)
         except DivergenceError:
             return None
-        if control.run is None or _fallen(control.run):
+        if control.run is None:
+            return None
+        end = control.run.checkpoint()
+        if _fallen(control.run, end.q):
             return None
         now = Change.of(control.run), control.numbers
         if last is not None:
@@ -148,11 +151,11 @@ def steady_runs(case: CaseData, *, record: bool = True) -> Runs[AccuracyControl 
                 if share <= max(SETTLED_SHARE, 1.0 - control.error_ratio):
                     return control
             settled = settled or share * now[0].contraction(last[0]) <= EXPECTED_SHARE
-        start, last = control.run.checkpoint(), now
+        last = now
         run = (
-            run.continued(measured.at_first_level(), start, groups)
+            run.continued(measured.at_first_level(), end, groups)
             if settled
-            else run.continued(_settling(measured, count + 1), start, SETTLING_GROUPS)
+            else run.continued(_settling(measured, count + 1), end, SETTLING_GROUPS)
         )
     return None
 
@@ -216,9 +219,8 @@ def _first_cycle(case: CaseData, settings: RunSettings) -> NativeRun:
     )
 
 
-def _fallen(run: NativeRun) -> bool:
-    """Whether a robot has sunk or tipped over in a run, or its trunk has touched the ground."""
-    end = run.checkpoint().q
+def _fallen(run: NativeRun, end: Array) -> bool:
+    """Whether a robot has sunk or tipped over in a run to `end`, or its trunk has touched down."""
     tipped = vertical(end) @ vertical(run.start.q) < math.cos(TIPPED)
     sunk = _mass_height(run, end) < SUNK * _mass_height(run, run.start.q)
     return bool(tipped) or sunk or bool(run.rollout.trunk_touches())

@@ -12,7 +12,6 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.results.error_estimate import ErrorEstimate
 from hexapod_pin.results.schema import differences
 from hexapod_pin.results.summary import Summary
-from hexapod_pin.robot.rotations import rotations
 from hexapod_pin.simulation.methods import DEFAULT_ACCURACY
 
 if TYPE_CHECKING:
@@ -92,8 +91,10 @@ def height_over_ground(run: NativeRun, q: Array) -> float:
 
 def vertical(q: Array) -> Array:
     """Return the world's vertical in the axes of the trunk of a configuration. Shape (3,)."""
-    upward: Array = rotations(q[None, 3:7])[0, 2]
-    return upward
+    x, y, z, w = q[3:7].tolist()
+    twice = 2.0 / (x * x + y * y + z * z + w * w)
+    upward = (twice * (x * z - w * y), twice * (y * z + w * x), 1.0 - twice * (x * x + y * y))
+    return np.array(upward)
 
 
 def _upright_and_level(force: Array) -> Array:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
@@ -174,7 +175,7 @@ class Flat(Ground):
 
     def surface(self) -> Plane:
         """Return the plane."""
-        return Plane((0.0, 0.0, self.height), (0.0, 0.0, 1.0))
+        return _plane(0.0, 0.0, (0.0, 0.0, self.height))
 
 
 class Slope(Ground):
@@ -193,9 +194,15 @@ class Slope(Ground):
 
     def surface(self) -> Plane:
         """Return the plane."""
-        level = -math.sin(self.angle)
-        along = (math.cos(self.heading), math.sin(self.heading))
-        return Plane(self.point, (level * along[0], level * along[1], math.cos(self.angle)))
+        return _plane(self.angle, self.heading, self.point)
+
+
+@lru_cache(maxsize=64)
+def _plane(angle: float, heading: float, point: tuple[float, float, float]) -> Plane:
+    """Return the plane through a point that rises at an angle [rad] along a heading [rad]."""
+    level = 0.0 - math.sin(angle)
+    along = (math.cos(heading), math.sin(heading))
+    return Plane(point, (level * along[0], level * along[1], math.cos(angle)))
 
 
 # A height that is a polyline along one direction and the same sideways.
