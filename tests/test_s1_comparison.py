@@ -7,9 +7,23 @@ from dataclasses import replace
 
 import pytest
 from studies.foot_control.cells import DRY, LEAST_TORQUE, OWN, Cell, Found, Size, cells, draws
-from studies.foot_control.further import CHANGED, FURTHER_TITLE, energy_table
+from studies.foot_control.further import (
+    CHANGED,
+    DISSIPATIONS,
+    FURTHER_TITLE,
+    SAND_TITLE,
+    energy_table,
+    sand_table,
+)
 from studies.foot_control.judgement import SHOWN, CellChange, median_table
-from studies.foot_control.s1_comparison import FASTER, KEPT, REASONS, kept, s1_comparison
+from studies.foot_control.s1_comparison import (
+    FASTER,
+    FURTHER,
+    KEPT,
+    REASONS,
+    kept,
+    s1_comparison,
+)
 from studies.foot_control.variants import (
     BOTH_WAYS,
     NO_PARTS,
@@ -143,19 +157,37 @@ def test_energy_is_compared_with_one_thing_changed() -> None:
     assert all(row[4] == "1" for row in rows.values())
 
 
-def test_the_main_part_of_a_page_is_kept(tmp_path) -> None:
+def test_less_dissipation_of_the_sand_alone_is_compared() -> None:
+    """Each row is of another sand, on which the largest torque is another."""
+
+    def run(size: Size) -> Found:
+        small = replace(size, postures=(OWN,), variants=(TARGETS,), settings=FASTER)
+        return Found.of(small, threads=1)
+
+    rows = {row[3]: row for row in sand_table(run, 1, 3).texts()}
+    assert list(rows) == [f"dissipation {size:g} s/m" for size in DISSIPATIONS]
+    peaks = [float(row[5]) for row in rows.values()]
+    assert len(set(peaks)) == len(peaks)
+
+
+def test_what_a_command_does_not_run_again_is_kept(tmp_path) -> None:
     main = "`python scripts/studies s1_comparison`\n\nmachine\n\n## Table\n\n| a |"
+    table = f"## {SAND_TITLE}\n\n| b |"
     data = {"command": "c", "machine": {"cpu": "x"}, "numbers": [], "cells": [1], "drawn": {}}
     page = tmp_path / "s1_comparison.md"
     (tmp_path / "s1_comparison.json").write_text(json.dumps(data))
-    page.write_text(f"# Title\n\n{main}\n\n{REASONS}\n")
-    parts, found = kept(tmp_path)
-    assert parts == [KEPT, main]
-    assert found["main"] == {"command": "c", "machine": {"cpu": "x"}} and found["cells"] == [1]
-    data |= {"command": "of the parts that were added", "main": found["main"]}
+    page.write_text(f"# Title\n\n{main}\n\n{REASONS}\n\n{table}\n")
+    first = kept(tmp_path)
+    assert first.main == [main] and first.tables == {SAND_TITLE: table}
+    assert first.data["main"] == {"command": "c", "machine": {"cpu": "x"}}
+    assert first.data["cells"] == [1]
+    data |= {"command": "of the parts that were added", "main": first.data["main"]}
     (tmp_path / "s1_comparison.json").write_text(json.dumps(data))
-    page.write_text(f"# Title\n\nother command\n\n{KEPT}\n\n{main}\n\n{FURTHER_TITLE}\n\nmore\n")
-    assert kept(tmp_path) == (parts, found)
+    again, further = KEPT.format("all"), f"{FURTHER_TITLE}\n\nmore"
+    page.write_text(f"# Title\n\nc2\n\n{again}\n\n{main}\n\n{further}\n\n{REASONS}\n\n{table}\n")
+    second = kept(tmp_path)
+    assert (second.main, second.data) == (first.main, first.data)
+    assert second.tables == {FURTHER: further, SAND_TITLE: table}
 
 
 def test_unknown_names_are_refused() -> None:

@@ -103,6 +103,7 @@ class Size:
         variants: controllers that walk in every cell; empty: those of `variants_in`.
         gait: numbers of all gaits in place of the drawn ones.
         bumps: largest height of bumps over the drawn lift [-].
+        dissipation: of the sand in place of its own [s/m]; None: its own.
     """
 
     robots: tuple[str, ...]
@@ -116,6 +117,7 @@ class Size:
     variants: tuple[str, ...] = ()
     gait: Mapping[str, float] = field(default_factory=dict)
     bumps: float = BUMP_HEIGHT
+    dissipation: float | None = None
 
 
 @dataclass(frozen=True)
@@ -322,9 +324,11 @@ def _runs(robot: hp.Robot, cell: Cell, number: int, draw: Draw, size: Size) -> I
         friction = DRY_FRICTION[cell.robot]
         motor = hp.Motor(stall_torque=FREE, no_load_speed=FREE, dry_friction=friction)
         servo = servo.model_copy(update={"motor": motor})
-    scene = hp.Scene(
-        robot, terrain=draw.terrain, contact=hp.Contact.preset(cell.contact), servo=servo
-    )
+    contact = hp.Contact.preset(cell.contact)
+    if size.dissipation is not None:
+        normal = contact.normal.model_copy(update={"dissipation": size.dissipation})
+        contact = contact.model_copy(update={"normal": normal})
+    scene = hp.Scene(robot, terrain=draw.terrain, contact=contact, servo=servo)
     given = variants_in(cell, size)
     still, others = (
         [one for one in given if (one == NO_PARTS) is alone] for alone in (True, False)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -75,8 +75,8 @@ def further_sizes(draws: int, seed: int) -> Iterator[Size]:
 ACCURACIES = (1e-4, 1e-6)
 """Of conventional control and of a controller without parts, both [m and rad]."""
 
-SAVING = (TARGETS, TARGETS_SUSPENSION, SOLE_UNKNOWN)
-"""Controllers whose energy is looked at."""
+LOOKED_AT = (TARGETS, TARGETS_SUSPENSION, SOLE_UNKNOWN)
+"""Controllers of which one thing is changed."""
 
 CHANGED: Mapping[str, Mapping[str, Any]] = {
     "as drawn": {},
@@ -85,6 +85,9 @@ CHANGED: Mapping[str, Mapping[str, Any]] = {
     "bumps half as high": {"bumps": 0.2},
 }
 """Attributes of `Size` by what is changed of the draws of the main part, one thing at a time."""
+
+DISSIPATIONS = (100.0, 30.0, 10.0, 1.0)
+"""Of the sand, its own first [s/m]."""
 
 
 def accuracy_sizes(draws: int, seed: int) -> Iterator[tuple[float, Size]]:
@@ -120,8 +123,28 @@ def energy_sizes(draws: int, seed: int) -> Iterator[tuple[str, Size]]:
                 draws={"bumps": draws},
                 seed=seed,
                 settings=FIRST_RUN,
-                variants=SAVING,
+                variants=LOOKED_AT,
                 **change,
+            ),
+        )
+
+
+def sand_sizes(draws: int, seed: int) -> Iterator[tuple[str, Size]]:
+    """Yield athena's runs on sand by its dissipation, on the draws of the main part."""
+    for dissipation in DISSIPATIONS:
+        yield (
+            f"dissipation {dissipation:g} s/m",
+            Size(
+                robots=("athena",),
+                postures=(LEAST_TORQUE,),
+                terrains=("soil",),
+                contacts=("soil",),
+                ticks=(TICK,),
+                draws={"soil": draws},
+                seed=seed,
+                settings={},
+                variants=LOOKED_AT,
+                dissipation=dissipation,
             ),
         )
 
@@ -194,26 +217,45 @@ def accuracy_table(run: Runs, draws: int, seed: int) -> Table:
         "no parts, change [%]", "within 1 %",
     ]  # fmt: skip
     rows.sort(key=lambda row: row[1])
-    return Table("Slip path without parts, by accuracy", head, rows)
+    return Table(ACCURACY_TITLE, head, rows)
 
 
 def energy_table(run: Runs, draws: int, seed: int) -> Table:
     """Return what force targets save of the energy, one thing of gait or ground changed."""
+    sizes = energy_sizes(draws, seed)
+    return _changed_table(run, sizes, "energy_per_metre", "[J/m]", ENERGY_TITLE)
+
+
+def sand_table(run: Runs, draws: int, seed: int) -> Table:
+    """Return what force targets make of the largest torque on sand that dissipates less."""
+    return _changed_table(run, sand_sizes(draws, seed), "torque_peak", "[N m]", SAND_TITLE)
+
+
+ACCURACY_TITLE = "Slip path without parts, by accuracy"
+ENERGY_TITLE = "Energy, one thing changed: changes [%]"
+SAND_TITLE = "Torque peak on sand, its dissipation changed: changes [%]"
+
+
+def _changed_table(
+    run: Runs, sizes: Iterable[tuple[str, Size]], metric: str, unit: str, title: str
+) -> Table:
+    """Return the change of one number by controller, in runs of which one thing is changed."""
     rows: list[list[str]] = []
-    for name, size in energy_sizes(draws, seed):
+    for name, size in sizes:
         found = run(size)
         changes = cell_changes(found)
         for cell in cells(found.size):
             own = [one for one in changes if one.cell == cell]
-            mean = found.comparison.mean(cell.name, CONVENTIONAL, "energy_per_metre")
+            mean = found.comparison.mean(cell.name, CONVENTIONAL, metric)
             rows.append([
                 cell.robot, cell.terrain, cell.contact, name,
                 f"{min(one.walked[0] for one in own)}",
                 "-" if mean is None else f"{mean.value:.3g}",
-                *(percent(one.changes["energy_per_metre"]) for one in own),
+                *(percent(one.changes[metric]) for one in own),
             ])  # fmt: skip
     head = [
-        "robot", "ground", "contact", "what is changed", "walks", "conventional [J/m]", *SAVING,
+        "robot", "ground", "contact", "what is changed", "walks", f"conventional {unit}",
+        *LOOKED_AT,
     ]  # fmt: skip
     rows.sort(key=lambda row: row[0])
-    return Table("Energy, one thing changed: changes [%]", head, rows)
+    return Table(title, head, rows)
