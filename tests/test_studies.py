@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import importlib
 import json
 import re
 import shlex
@@ -12,8 +11,11 @@ import socket
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import nullcontext
+from contextlib import nullcontext, redirect_stdout
+from functools import cache
+from io import StringIO
 from pathlib import Path
+from types import SimpleNamespace
 
 import mujoco
 import numpy as np
@@ -29,18 +31,38 @@ from studies.kills import sweep_kills
 from studies.study import StudyReport, run_study
 from studies.sweeps import simulated_workers
 from studies.sweeps.loopback_cluster import Cluster, cluster_processes
+from studies.walks.first_lines import PACKAGED
 
 import hexapod_pin as hp
 from hexapod_pin import native
 from hexapod_pin.benchmark.engines.mujoco_engine import CONES
 from hexapod_pin.commands.contact_report import restitution_table
+from hexapod_pin.drive.catalog.catalog import Catalog
 from hexapod_pin.interchange.mjcf_text import MjcfOptions, body_name
 from hexapod_pin.robot.robot_source import urdf_path
 from hexapod_pin.simulation.plant import native_plant
 from hexapod_pin.text_table import Table
+from hexapod_pin.validation.checks.limit_checks import _rigid
 
 ROOT = Path(__file__).resolve().parents[1]
 STEP = 1e-3
+
+
+def few_motors() -> Catalog:
+    """Return a sixth of the catalogue, with the two motors that a study asks for by name."""
+    whole = hp.load_catalog()
+    named = [whole.get(model, 12.0) for model in ("STS3215-C018", "MX-64")]
+    return Catalog((*named, *(row for row in whole.records[::6] if row not in named)), "a sixth")
+
+
+def run_here(command: list[str], **_: object) -> SimpleNamespace:
+    """Run the text of `python -c TEXT ...` in this process; give what it prints."""
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(StringIO()) as printed:
+        patch.setattr(sys, "argv", command[2:])
+        exec(command[2], {})
+    return SimpleNamespace(stdout=printed.getvalue())
+
+
 SHORT = {
     name: shlex.split(words)
     for name, words in {
@@ -59,7 +81,7 @@ SHORT = {
             "--robots kharagpur --contacts accurate --quantities slip.kp --delays 20 --points 1"
         ),
         "real_robots": "--duration 2.4",
-        "learning_cost": "--duration 0.1 --rounds 1 --resets 10",
+        "learning_cost": "--duration 0.04 --rounds 1 --resets 4",
         "mjcf_walks": "--robots kharagpur --cycles 4",
         "killed_walk": "--hours 0.001 --pieces 2 --kills 1",
         "one_hour": "--cycles 2",
@@ -106,11 +128,36 @@ SHORT = {
 }
 """Options with which a study is short."""
 
+FOOT_CONTROL, SUITE = "studies.foot_control.standing_growth", "hexapod_pin.benchmark.hard_suite"
+
 SMALLER = {
-    "walk_tracking": {"FIRST_CYCLE": 1, "CYCLES": 1},
-    "plan_at_ticks": {"PERIODS": (0.04, 0.02, 0.01)},
-}
-"""Numbers of a study's module that are no options, smaller."""
+    "constraint_drift": {"studies.accuracy.constraint_drift.STEPS": (4e-3, 2e-3)},
+    "first_lines": {"studies.walks.first_lines.PACKAGED": (PACKAGED[0], PACKAGED[7])},
+    "formulations_cost": {
+        "hexapod_pin.validation.checks.limit_checks._rigid": lambda control, duration, _: _rigid(
+            control, duration, 1e-2
+        ),
+        "hexapod_pin.validation.checks.limit_checks.SLOW_TRIPOD": hp.Gait.tripod(
+            stroke=0.02, cycle_time=1.0
+        ),
+    },
+    "gain_borders": {
+        f"{FOOT_CONTROL}.SETTLED": 2.0, f"{FOOT_CONTROL}.BISECTIONS": 1,
+        f"{FOOT_CONTROL}.ACCURACY": 1e-6,
+    },
+    "learning_cost": {"studies.cost.learning_cost.TOGETHER": 2},
+    "motor_criterion": {"studies.walks.motor_criterion.load_catalog": cache(few_motors)},
+    "plan_at_ticks": {"studies.cost.plan_at_ticks.PERIODS": (0.04, 0.02, 0.01)},
+    "prescribed_cost": {
+        "studies.cost.prescribed_torque.EXACT": {"method": "ndf", "accuracy": 1e-5},
+    },
+    "sweep_scale": {"studies.sweeps.measurements.subprocess": SimpleNamespace(run=run_here)},
+    "tolerance_calibration": {f"{SUITE}.WALK_DURATION": 0.1, f"{SUITE}.DROP_DURATION": 0.1},
+    "walk_tracking": {
+        "studies.walks.walk_tracking.FIRST_CYCLE": 1, "studies.walks.walk_tracking.CYCLES": 1,
+    },
+}  # fmt: skip
+"""Numbers of the modules of a study that are no options, smaller."""
 
 FIGURES = ("backlash", "constraint_drift", "gain_borders")
 """Studies that draw a figure beside their page."""
@@ -181,11 +228,6 @@ def test_studies_are_listed_and_run_by_one_command() -> None:
     assert run("no_such_study").returncode == 2
 
 
-def study_module(name: str) -> str:
-    """Return the name of the module that a study stands in."""
-    return ".".join(study_paths()[name].relative_to(ROOT / "scripts").with_suffix("").parts)
-
-
 @pytest.fixture(scope="module")
 def cluster() -> Iterator[Cluster]:
     """Give a Dask scheduler with two workers of one thread, which two studies use in turn."""
@@ -207,7 +249,7 @@ def test_study_writes_its_page(
     (tmp_path / "robots").mkdir()
     shutil.copy(urdf_path("kharagpur"), tmp_path / "robots")
     for number, smaller in SMALLER.get(name, {}).items():
-        monkeypatch.setattr(importlib.import_module(study_module(name)), number, smaller)
+        monkeypatch.setattr(number, smaller)
     if name in ("sweep_kills", "sweep_scale"):
         cluster = request.getfixturevalue("cluster")
         monkeypatch.setattr(sweep_kills, "loopback_cluster", lambda _: nullcontext(cluster.address))

@@ -38,7 +38,7 @@ def prescribed_cost(
     ways: list[dict[str, Any]] = [
         {"accuracy": float(a), "method": "extrapolated-euler"} for a in accuracies.split(",")
     ]
-    ways.append({"accuracy": 1e-6, "method": "ndf"})
+    ways.append({"accuracy": ways[-1]["accuracy"], "method": "ndf"})
     scenes = [
         (robot, contact, walk)
         for robot, contact, walk in product(

@@ -6,7 +6,7 @@ import random
 import signal
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -107,7 +107,7 @@ def command_kills(
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         chosen = only.split(",")
-        commands = [c for c in _commands(folder, duration, cases, seed) if c.name in chosen]
+        commands = _commands(folder, duration, cases, seed, chosen)
         for k, command in enumerate(commands):
             taken[command.name] = _undisturbed(command, folder)
             for number in SIGNALS:
@@ -138,31 +138,31 @@ def command_kills(
     return StudyReport("Commands that are killed", parts)
 
 
-def _commands(folder: Path, duration: float, cases: int, seed: int) -> list[KilledCommand]:
-    """Return the commands, with the files that they read in the folder."""
-    first = KilledProcess(
-        ["walk", "kharagpur", *WALK, "--duration", f"{duration:g}", "--save-case", "case.toml"],
-        folder,
-    )
-    ending = first.wait()
-    if ending.status != 0:
-        raise RuntimeError(f"the walk of the study failed: {ending.err}")
+def _commands(
+    folder: Path, duration: float, cases: int, seed: int, chosen: Sequence[str]
+) -> list[KilledCommand]:
+    """Return the chosen commands, with the files that they read in the folder."""
+    walk = ("walk", "kharagpur", *WALK, "--duration", f"{duration:g}")
+    if {"run", "compare"} & set(chosen):  # they read the case of a walk
+        ending = KilledProcess((*walk, "--save-case", "case.toml"), folder).wait()
+        if ending.status != 0:
+            raise RuntimeError(f"the walk of the study failed: {ending.err}")
     study = TEXT.format(duration=0.9, cases=cases, seed=seed)
     (folder / "study.toml").write_text(study, encoding="utf-8")
-    walk = ("walk", "kharagpur", *WALK, "--duration", f"{duration:g}")
     bench = ("bench", "kharagpur", "--quick", "--methods", "rk4,implicit-euler", "--rounds", "1",
              "--duration", "0.3", "--gait", "tripod", "--stroke", "0.04", "--cycle-time", "0.3",
              "--out", "bench.md")  # fmt: skip
     sweep = ("sweep", "study.toml", "--resume", "--processes", "2", "--out", "study.nc")
     compare = ("compare", "case.toml", "--controllers", "conventional,slip", "--json",
                "compare.json", "--html", "compare.html")  # fmt: skip
-    return [
+    commands = [
         KilledCommand("walk", walk),
         KilledCommand("run", ("run", "case.toml", "--quick", "--out", "run.nc")),
         KilledCommand("sweep", sweep, lambda place: finished(place / "study.db")),
         KilledCommand("bench", bench),
         KilledCommand("compare", compare),
     ]
+    return [command for command in commands if command.name in chosen]
 
 
 def _undisturbed(command: KilledCommand, folder: Path) -> float:

@@ -176,13 +176,16 @@ def _slip(trace: hp.Trace, robot: hp.Robot, inside: NDArray[np.bool_]) -> Array:
     model, data = robot.model, scratch_data(robot)
     joints = [model.getJointId(foot.joint) for foot in robot.feet]
     rows = np.flatnonzero(inside)
-    speed = np.zeros((len(rows), len(joints)))
+    linear, angular, arm = np.zeros((3, len(rows), len(joints), 3))
+    axes = np.zeros((len(rows), len(joints), 3, 3))
     for number, row in enumerate(rows):
         pin.forwardKinematics(model, data, trace.q[row], trace.v[row])
         for k, (joint, foot) in enumerate(zip(joints, robot.feet, strict=True)):
-            own, axes = pin.getVelocity(model, data, joint, pin.LOCAL), data.oMi[joint].rotation
-            arm = np.asarray(foot.offset) - foot.radius * axes[2]
-            speed[number, k] = np.hypot(*(axes @ (own.linear + np.cross(own.angular, arm)))[:2])
+            own, at = pin.getVelocity(model, data, joint, pin.LOCAL), (number, k)
+            linear[at], angular[at], axes[at] = own.linear, own.angular, data.oMi[joint].rotation
+            arm[at] = np.asarray(foot.offset) - foot.radius * axes[at][2]
+    along = (axes @ (linear + np.cross(angular, arm))[..., None])[..., 0]
+    speed = np.hypot(along[..., 0], along[..., 1])
     loaded = trace.foot_force[rows, :, 2] > LOADED
     return np.asarray(np.trapezoid(speed * loaded, trace.time[rows], axis=0))
 
