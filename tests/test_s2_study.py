@@ -8,11 +8,13 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from studies.s2 import claims as s2_claims
+from studies.s2 import motors as s2_motors
 from studies.s2 import page as s2_page
 from studies.s2 import runs as s2_runs
-from studies.s2.claims import DONE, FAILS, HOLDS, IN_PART, Claim, claims
+from studies.s2.claims import DONE, FAILS, HOLDS, IN_PART, Claim
 from studies.s2.findings import contact_table, findings, output_table
-from studies.s2.motors import chosen_motors
+from studies.s2.motors import Choices, chosen_motors
 from studies.s2.runs import PartsInterrupted, study_cases, study_parts
 
 import hexapod_pin as hp
@@ -28,7 +30,9 @@ def main(script: str) -> Callable[[list[str]], int]:
 def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Return the file that the script leaves, with two values of each axis of the sweeps."""
     path = tmp_path_factory.mktemp("study") / "study.nc"
-    assert main("s2_study")(["--out", str(path), "--every", "11"]) == 0
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(s2_runs, "SWEEP_ACCURACY", 1e-3)  # the verdicts are the same
+        assert main("s2_study")(["--out", str(path), "--every", "11"]) == 0
     return path
 
 
@@ -38,9 +42,19 @@ def study(path: Path) -> dict:
 
 
 @pytest.fixture(scope="module")
-def tested(study: dict) -> list[Claim]:
+def motors(study: dict) -> Iterator[Choices]:
+    """Give the motors chosen for the paper's walk, which statements and page use, too."""
+    found = chosen_motors(study["paper"])
+    with pytest.MonkeyPatch.context() as patch:
+        for module in (s2_claims, s2_motors):
+            patch.setattr(module, "chosen_motors", lambda _: found)
+        yield found
+
+
+@pytest.fixture(scope="module")
+def tested(study: dict, motors: Choices) -> list[Claim]:
     """All statements of the paper, each tested once."""
-    return claims(study)
+    return s2_claims.claims(study)
 
 
 def test_one_file_holds_everything(study: dict) -> None:
@@ -84,9 +98,9 @@ def test_statements_are_those_of_the_paper(study: dict, tested: list[Claim]) -> 
     assert all(claim.numbers and claim.reason for claim in tested)
 
 
-def test_the_maximum_torque_chooses_a_motor_that_overheats(study: dict) -> None:
+def test_the_maximum_torque_chooses_a_motor_that_overheats(motors: Choices) -> None:
     """1.5 N m of stall torque exceed the 1.38 N m; a fifth of it, for ever, is below 0.75 N m."""
-    found = chosen_motors(study["paper"])
+    found = motors
     assert found.axis_torque == pytest.approx(1.379, abs=5e-4)
     assert found.by_axis_torque.name == "AX-12A at 12 V"
     use = found.by_axis_torque.budget.kind("femur")
@@ -125,8 +139,11 @@ def test_slow_walks_stand_in_the_page_beside_statics(study: dict) -> None:
     assert max(map(abs, shares)) <= 2.0
 
 
-def test_page_is_written_from_the_file(study: dict, tmp_path: Path) -> None:
+def test_page_is_written_from_the_file(
+    study: dict, tested: list[Claim], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     verdicts = {"paper": hp.study.judge_peaks(study["paper"], threads=2)}
+    monkeypatch.setattr(s2_page, "claims", lambda _: tested)
     text = s2_page.write_page(tmp_path, study, verdicts).read_text()
     assert "| 0.47 / 0.39 / 0.113 |" in text  # coxa of S2's motion: peak, p99, RMS
     assert "| 0.56 / 0.44 / 0.189 |" in text  # of the angle by one STEP

@@ -95,7 +95,7 @@ SHORT = {
         "plan_at_ticks": "--quick",
         "prescribed_cost": (
             "--rounds 1 --robots kharagpur --contacts s1 --walks tetrapod "
-            "--accuracies 1e-3 --factors 1"
+            "--accuracies 1e-2 --factors 1"
         ),
         "predictability": (
             "--duration 0.2 --long 0.2 --robots athena --gaits tripod --grounds flat --drawn 1"
@@ -150,7 +150,9 @@ SMALLER = {
     "plan_at_ticks": {"studies.cost.plan_at_ticks.PERIODS": (0.04, 0.02, 0.01)},
     "prescribed_cost": {
         "studies.cost.prescribed_torque.EXACT": {"method": "ndf", "accuracy": 1e-5},
+        "studies.cost.prescribed_cost.NARROW_ACCURACY": 1e-2,
     },
+    "s1_comparison": {"studies.foot_control.cells.SWING": {"kharagpur": (0.25, 0.3)}},
     "sweep_scale": {"studies.sweeps.measurements.subprocess": SimpleNamespace(run=run_here)},
     "tolerance_calibration": {f"{SUITE}.WALK_DURATION": 0.1, f"{SUITE}.DROP_DURATION": 0.1},
     "walk_tracking": {

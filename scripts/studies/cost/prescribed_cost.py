@@ -23,6 +23,9 @@ from studies.study import StudyReport
 WIDE, DEFAULT = 0.1, 2e-3
 """Sampling that does not set the steps, and the default, which does [s]."""
 
+NARROW_ACCURACY = 1e-4
+"""Accuracy of the runs with the default sampling [m and rad]."""
+
 
 def prescribed_cost(
     *,
@@ -54,7 +57,7 @@ def prescribed_cost(
             narrow.append(
                 measure(
                     scene,
-                    {"accuracy": 1e-4, "method": "extrapolated-euler"},
+                    {"accuracy": NARROW_ACCURACY, "method": "extrapolated-euler"},
                     DEFAULT,
                     cycles,
                     rounds,

@@ -40,6 +40,9 @@ SAMPLES_PER_OUTPUT = 5
 ACCURACY = 1e-5
 """Of all but the slow runs [m and rad]."""
 
+SWEEP_ACCURACY = ACCURACY
+"""Of both sweeps [m and rad]."""
+
 RAMPS = {"ramp_2": 0.02, "ramp_5": 0.05, "paper": 0.1, "ramp_25": 0.25, "ramp_50": 0.5}
 """Share of each move in a ramp of the velocity [-], by the name of the walk; *assumed*."""
 
@@ -162,12 +165,12 @@ def study_parts(bar: Bar, *, threads: int = 2, every: int = 1) -> dict[str, Stud
                 scene,
                 paper,
                 strokes=STROKES[::-every][::-1], cycle_times=CYCLE_TIMES[::-every][::-1],
-                accuracy=ACCURACY, threads=threads, progress=progress,
+                accuracy=SWEEP_ACCURACY, threads=threads, progress=progress,
             )  # fmt: skip
         with bar("energy against speed") as progress:
             parts["gait_energy"] = gait_energy(
                 energy_scenes(scene.robot),
-                speeds=SPEEDS[::every], accuracy=ACCURACY, threads=threads, progress=progress,
+                speeds=SPEEDS[::every], accuracy=SWEEP_ACCURACY, threads=threads, progress=progress,
             )  # fmt: skip
     except StudyInterrupted as stop:
         name = "gait_energy" if "torque_map" in parts else "torque_map"
