@@ -197,11 +197,11 @@ def test_runs_without_a_walk_or_with_a_start() -> None:
 
 
 def test_a_torque_limit_is_no_peak() -> None:
-    motor = hp.Motor(stall_torque=100.0, no_load_speed=100.0, peak_torque=0.7)
+    motor = hp.Motor(stall_torque=100.0, no_load_speed=100.0, peak_torque=1.0)
     servo = hp.Servo(kp=240.0, kd=4.8, motor={"femur": motor})
     found = hp.study.judge_peaks(walk(hp.Scene(robot(), servo=servo)))
     row = found.kind("femur")
-    assert (row.verdict, row.torque_peak.high) == ("at the limit", pytest.approx(0.7, rel=1e-6))
+    assert (row.verdict, row.torque_peak.high) == ("at the limit", pytest.approx(1.0, rel=1e-6))
     assert row.at_limit > 0.0
     assert found.kind("coxa").verdict != "at the limit"
 
