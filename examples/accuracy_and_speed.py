@@ -12,7 +12,7 @@ import numpy as np
 
 import hexapod_pin as hp
 
-DURATION = 1.0  # s
+DURATION = 0.5  # s
 SAMPLE = 0.01  # s
 SETTINGS = (
     {"accuracy": 1e-4},  # the default method, ndf

@@ -33,7 +33,8 @@ def main(folder: Path = Path()) -> dict[str, hp.Trace]:
     traces = {}
     print("ground     forward [m]     up [m]   peak torque [N m]")
     for name, ground in GROUNDS.items():
-        trace = hp.simulate(hp.Scene(robot, terrain=ground), control, duration=DURATION)
+        scene = hp.Scene(robot, terrain=ground)
+        trace = hp.simulate(scene, control, duration=DURATION, accuracy=1e-3)
         forward, _, up = trace.com[-1] - trace.com[0]
         peak = hp.torque_budget(trace).kind("femur").peak
         print(f"{name:8} {forward:12.3f} {up:12.3f} {peak.torque_peak:12.2f} ({peak.joint})")
