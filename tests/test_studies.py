@@ -145,6 +145,7 @@ SMALLER = {
         f"{FOOT_CONTROL}.SETTLED": 2.0, f"{FOOT_CONTROL}.BISECTIONS": 1,
         f"{FOOT_CONTROL}.ACCURACY": 1e-6,
     },
+    "killed_walk": {"studies.kills.killed_walk.FIRST_PIECE": 0.5},
     "learning_cost": {"studies.cost.learning_cost.TOGETHER": 2},
     "motor_criterion": {"studies.walks.motor_criterion.load_catalog": cache(few_motors)},
     "plan_at_ticks": {"studies.cost.plan_at_ticks.PERIODS": (0.04, 0.02, 0.01)},

@@ -269,9 +269,9 @@ def test_a_robot_too_weak_ends_with_status_3_and_what_it_needs(
 # `--verdict` of `walk`, `run` and `budget`: what they print, and how they stop.
 
 Run = Callable[..., SimpleNamespace]
-WALK = (*"walk kharagpur --gait tripod --cycle-time 0.4 --stroke 0.03 --no-html".split(),)
+WALK = (*"walk kharagpur --gait tripod --cycle-time 0.3 --stroke 0.03 --no-html".split(),)
 QUICK = ("--accuracy", "1e-2", "--sample", "0.02")
-WINDOW = ("--duration", "1.2")  # two cycles to start, a steady one
+WINDOW = ("--duration", "0.9")  # two cycles to start, a steady one
 
 
 def test_walk_run_and_budget_give_the_verdict_of_the_library(run: Run) -> None:
@@ -293,7 +293,7 @@ def test_walk_run_and_budget_give_the_verdict_of_the_library(run: Run) -> None:
 def test_a_walk_too_short_for_a_table_has_no_verdict_either(run: Run) -> None:
     done = run(*WALK, *QUICK, "--duration", "0.2", "--verdict")
     assert done.status == 0
-    assert done.out.startswith("so far: ") and "(--duration 1.2)" in done.out
+    assert done.out.startswith("so far: ") and "(--duration 0.9)" in done.out
     assert "Peaks with a verdict" not in done.out
 
 
@@ -346,7 +346,7 @@ def test_ctrl_c_during_the_verdict_leaves_the_walk(
     assert done.status == 130
     assert done.err.startswith("hexapod-pin: no verdict on the peaks: interrupted after 1 of 3")
     assert "\nfemur " in done.out
-    assert hp.load_trace("walk.nc").time[-1] == pytest.approx(1.2)
+    assert hp.load_trace("walk.nc").time[-1] == pytest.approx(0.9)
 
 
 @pytest.mark.parametrize(

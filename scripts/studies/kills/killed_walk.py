@@ -25,6 +25,9 @@ from studies.study import StudyReport, verdict
 CYCLE = 2.4
 """Of the gait [s]."""
 
+FIRST_PIECE = 2.0
+"""Time within which the process of the first piece is killed [s]."""
+
 SCRIPTS = str(Path(__file__).resolve().parents[2])
 
 WALK_ON = f"import sys; sys.path.append({SCRIPTS!r}); " + (
@@ -81,7 +84,7 @@ HEAD = ("", "found", "result")
 def _in_pieces(folder: Path, cycles: int, pieces: int, kills: int, rng: random.Random) -> int:
     """Walk piece by piece; kill so many of the processes that do it. Return how many."""
     doomed = rng.sample(range(pieces), min(kills, pieces))
-    killed, longest = 0, 2.0
+    killed, longest = 0, FIRST_PIECE
     for piece in range(pieces):
         before = str(folder / f"{piece}.nc") if piece else ""
         after = str(folder / f"{piece + 1}.nc")

@@ -43,6 +43,9 @@ ACCURACY = 1e-5
 SWEEP_ACCURACY = ACCURACY
 """Of both sweeps [m and rad]."""
 
+SLOW_ACCURACY = 1e-8
+"""Of the slow runs [m and rad]."""
+
 RAMPS = {"ramp_2": 0.02, "ramp_5": 0.05, "paper": 0.1, "ramp_25": 0.25, "ramp_50": 0.5}
 """Share of each move in a ramp of the velocity [-], by the name of the walk; *assumed*."""
 
@@ -133,7 +136,7 @@ def study_cases() -> dict[str, Case]:
     for name, gait in slow_gaits().items():
         cases[name] = Case(
             replace(scene, contact=linear), arc_walk(robot, STROKE, gait), method="ndf",
-            accuracy=1e-8, duration=3.0 * gait.cycle_time, sample=gait.cycle_time / OUTPUT_SAMPLES,
+            accuracy=SLOW_ACCURACY, duration=3.0 * gait.cycle_time, sample=gait.cycle_time / OUTPUT_SAMPLES,
         )  # fmt: skip
     return cases
 
