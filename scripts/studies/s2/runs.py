@@ -136,7 +136,8 @@ def study_cases() -> dict[str, Case]:
     for name, gait in slow_gaits().items():
         cases[name] = Case(
             replace(scene, contact=linear), arc_walk(robot, STROKE, gait), method="ndf",
-            accuracy=SLOW_ACCURACY, duration=3.0 * gait.cycle_time, sample=gait.cycle_time / OUTPUT_SAMPLES,
+            accuracy=SLOW_ACCURACY, duration=3.0 * gait.cycle_time,
+            sample=gait.cycle_time / OUTPUT_SAMPLES,
         )  # fmt: skip
     return cases
 
