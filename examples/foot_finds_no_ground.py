@@ -21,7 +21,7 @@ DURATION = 4.0  # s
 class Reaching:
     """Walks a plan; feet without ground reach down."""
 
-    period = 0.005  # s between ticks
+    period = 0.01  # s between ticks
     down_speed, back_speed = 0.1, 0.02  # m/s
     deepest = 0.025  # m
 

@@ -146,14 +146,20 @@ SMALLER = {
         f"{FOOT_CONTROL}.ACCURACY": 1e-6,
     },
     "killed_walk": {"studies.kills.killed_walk.FIRST_PIECE": 0.5},
-    "learning_cost": {"studies.cost.learning_cost.TOGETHER": 2},
+    "learning_cost": {
+        "studies.cost.learning_cost.TOGETHER": 2,
+        "studies.cost.learning_cost.MUJOCO": {"held": (2e-3, False), "moving": (2e-3, True)},
+    },
     "motor_criterion": {"studies.walks.motor_criterion.load_catalog": cache(few_motors)},
     "plan_at_ticks": {"studies.cost.plan_at_ticks.PERIODS": (0.04, 0.02, 0.01)},
     "prescribed_cost": {
         "studies.cost.prescribed_torque.EXACT": {"method": "ndf", "accuracy": 1e-5},
         "studies.cost.prescribed_cost.NARROW_ACCURACY": 1e-2,
     },
-    "s1_comparison": {"studies.foot_control.cells.SWING": {"kharagpur": (0.25, 0.3)}},
+    "s1_comparison": {
+        "studies.foot_control.cells.SWING": {"kharagpur": (0.2, 0.25)},
+        "studies.foot_control.cells.CYCLES": 3.1,
+    },
     "sweep_scale": {"studies.sweeps.measurements.subprocess": SimpleNamespace(run=run_here)},
     "tolerance_calibration": {f"{SUITE}.WALK_DURATION": 0.1, f"{SUITE}.DROP_DURATION": 0.1},
     "walk_tracking": {
