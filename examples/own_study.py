@@ -13,7 +13,7 @@ import hexapod_pin as hp
 from hexapod_pin.study import Measure, Runner, run_study
 
 STEEPEST = math.radians(30.0)  # rad
-STEPS = 2  # of the search; each leaves a fifth of the range
+STEPS = 3  # of the search; each leaves a fifth of the range
 
 
 def climbed(case: hp.Case, summary: hp.Summary) -> dict[str, float]:
