@@ -6,6 +6,7 @@ import csv
 import io
 import math
 from difflib import get_close_matches
+from functools import cache
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -35,10 +36,14 @@ def load_catalog(path: str | Path | None = None) -> Catalog:
         CatalogError: the file is missing or no such file, a header is not understood, or rows
             cannot be used; every such row is listed with line, column, value and what is allowed.
     """
-    if path is None:
-        text = resources.files(__package__).joinpath(PACKAGE_FILE).read_text(encoding="utf-8")
-        return read_catalog(text, f"{PACKAGE_FILE} of hexapod_pin")
-    return read_catalog(_text(user_path(path)), str(path))
+    return _packaged() if path is None else read_catalog(_text(user_path(path)), str(path))
+
+
+@cache
+def _packaged() -> Catalog:
+    """Return the package's own catalogue, read once."""
+    text = resources.files(__package__).joinpath(PACKAGE_FILE).read_text(encoding="utf-8")
+    return read_catalog(text, f"{PACKAGE_FILE} of hexapod_pin")
 
 
 def _text(path: Path) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -151,7 +150,7 @@ class StudyMotors:
                 raise ParameterError(f"base.{key}", value, "text")
         if voltage is not None and not _is_voltage(voltage):
             raise ParameterError("base.voltage", voltage, "a number above 0 [V]")
-        found = cls(_packaged() if path is None else load_catalog(folder / path), name, voltage)
+        found = cls(load_catalog(None if path is None else folder / path), name, voltage)
         if name is not None:
             found.record(name, voltage, "base.motor")
         return found
@@ -225,11 +224,6 @@ class StudyMotors:
                   if n.strip().casefold() in (r.model.casefold(), r.name.casefold())}  # fmt: skip
         records = [r.model_dump(mode="json") for r in self.catalog if r.model in models]
         return {"motor": self.motor, "voltage": self.voltage, "records": records}
-
-
-@lru_cache(maxsize=1)
-def _packaged() -> Catalog:
-    return load_catalog()
 
 
 def _is_voltage(value: object) -> bool:
