@@ -14,7 +14,7 @@ from hexapod_pin.interchange.servo_ticks import SERVOS
 from hexapod_pin.robot.description.paper_robots import KHARAGPUR
 from hexapod_pin.robot.link_shapes import trunk_points
 
-QUICK: dict[str, Any] = {"duration": 0.9, "accuracy": 1e-2}
+QUICK: dict[str, Any] = {"duration": 0.9, "accuracy": 1e-2, "sample": 0.02}
 """How the walks are run: for what they are, not for their numbers."""
 
 STUDY = """

@@ -31,7 +31,8 @@ schema = 1
 [base]
 robot = "kharagpur"
 gait = {name = "tripod", cycle_time = 0.4, stroke = 0.04}
-accuracy = 1e-2
+method = "robust"
+step = 2e-3
 duration = 1.2
 [motors]
 voltage = 12.0

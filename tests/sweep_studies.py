@@ -9,16 +9,18 @@ from xarray import Dataset
 
 from hexapod_pin.study.sweep import SweepStudy
 
-BASE = """
+FIXED_STEPS = 'method = "robust"\nstep = 2e-3\n'
+"""How the walks are run: most tests of sweeps need their numbers only to be the same again."""
+
+BASE = f"""
 schema = 1
 name = "short walks"
 
 [base]
 robot = "kharagpur"
-gait = { name = "tripod", stroke = 0.04, cycle_time = 0.3 }
+gait = {{ name = "tripod", stroke = 0.04, cycle_time = 0.3 }}
 duration = 0.9
-accuracy = 1e-2
-"""
+{FIXED_STEPS}"""
 
 PAYLOADS = """
 [[vary]]
@@ -48,6 +50,11 @@ def study_text(samples: int = 4, seed: int = 7, more: str = "") -> str:
 def small_study(samples: int = 4, seed: int = 7) -> SweepStudy:
     """3 * samples short walks."""
     return SweepStudy.from_toml(study_text(samples, seed))
+
+
+def adaptive_study() -> SweepStudy:
+    """Three short walks whose steps adapt, so that their numbers have errors."""
+    return SweepStudy.from_toml(study_text(1).replace(FIXED_STEPS, "accuracy = 1e-2\n"))
 
 
 def partly_impossible() -> SweepStudy:

@@ -30,7 +30,7 @@ from hexapod_pin.study.runs.store_reading import DAMAGED
 from hexapod_pin.study.runs.task import case_outcomes
 from hexapod_pin.study.sweep import SweepStudy
 from hexapod_pin.study.sweep.design import Design
-from tests.sweep_studies import require_same_bits, small_study, study_text
+from tests.sweep_studies import adaptive_study, require_same_bits, small_study, study_text
 
 STUDY = small_study(1)
 
@@ -59,9 +59,10 @@ def _edit(path: Path, *statements: str) -> None:
 
 def test_numbers_of_a_case_are_those_of_its_summary(tmp_path: Path) -> None:
     """Every array of the summary, to the bit, and what is found from it."""
-    dataset = run_sweep(STUDY, tmp_path / "a.db", threads=1).dataset
+    study = adaptive_study()
+    dataset = run_sweep(study, tmp_path / "a.db", threads=1).dataset
     for index in range(3):
-        case = STUDY.case(index)
+        case = study.case(index)
         summary = hp.simulate_batch([case], keep="summary")[0]
         own = dataset.isel(case=index)
         for name, value in summary.data.items():
