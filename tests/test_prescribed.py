@@ -108,7 +108,7 @@ def by_scipy(robot: hp.Robot, time: Array) -> tuple[Array, Array]:
         inside = time[(time > begin + 1e-12) & (time <= end + 1e-12)]
         found = solve_ivp(
             lambda t, y: balance(t, y)[0], (begin, inside[-1]), rows[-1], t_eval=inside,
-            method="DOP853", rtol=1e-11, atol=1e-12,
+            method="DOP853", rtol=3e-10, atol=3e-11,
         )  # fmt: skip
         rows += list(found.y.T)
     q = [np.concatenate([y[:7], joints(t)[0]]) for y, t in zip(rows, time, strict=True)]

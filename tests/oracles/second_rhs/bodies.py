@@ -15,6 +15,9 @@ from oracles.second_rhs.vectors import cross
 if TYPE_CHECKING:
     from hexapod_pin.scene.scene import Scene
 
+NO_BASE = np.zeros(6)
+ABOVE = np.triu(np.ones((6, 6), dtype=bool))
+
 
 class Sphere(NamedTuple):
     """A sphere that may touch the ground: joint, centre in its frame (3,) [m], radius [m]."""
@@ -141,12 +144,12 @@ class Bodies:
             v: velocity (nv,).
             acceleration: of the joints (n,) [rad/s^2].
         """
-        mass = pin.crba(self.model, self._data, q)
-        mass = np.triu(mass) + np.triu(mass, 1).T
-        out = np.concatenate([np.zeros(6), acceleration])
+        rows = pin.crba(self.model, self._data, q)[:6]  # whose part above the diagonal is filled
+        base = np.where(ABOVE, rows[:, :6], rows[:, :6].T)
+        out = np.concatenate([NO_BASE, acceleration])
         still = pin.rnea(self.model, self._data, q, v, out, self._outer).copy()
-        out[:6] = -np.linalg.solve(mass[:6, :6], still[:6])
-        return out, still[6:] + mass[6:, :6] @ out[:6]
+        out[:6] = -np.linalg.solve(base, still[:6])
+        return out, still[6:] + out[:6] @ rows[:, 6:]
 
 
 def _matrix(moments: tuple[float, ...]) -> Array:

@@ -10,7 +10,7 @@ import numpy as np
 from hexapod_pin.arrays import Array
 from hexapod_pin.scene.loads import Push
 from oracles.second_rhs.bodies import Bodies
-from oracles.second_rhs.foot_contacts import SWITCHES, ContactMode, ContactState, FootContacts
+from oracles.second_rhs.foot_contacts import NONE, SWITCHES, ContactMode, ContactState, FootContacts
 from oracles.second_rhs.joint_drives import JointDrives, JointModes
 from oracles.second_rhs.surface import Surface
 from oracles.second_rhs.vectors import cross, length
@@ -127,7 +127,7 @@ class RightHandSide:
         sphere = self.spheres[k]
         centre, point, velocity = self.bodies.sphere_state(sphere, self.laws.surface.normal)
         begin = self.nq + self.nv + 3 * k
-        stretch = y[begin : begin + 3] if self.bristles else np.zeros(3)
+        stretch = y[begin : begin + 3] if self.bristles else NONE
         at = self.laws.state(mode, time, (centre, sphere.radius), velocity, stretch)
         if mode.touching:
             self.bodies.add_force(sphere.joint, point, at.force)
@@ -163,7 +163,7 @@ class RightHandSide:
 
 def configuration_rate(q: Array, v: Array) -> Array:
     """Return q' (nq,): the base's velocities are in its own axes, its quaternion is x, y, z, w."""
-    vector, scalar, spin = q[3:6], q[6], v[3:6]
-    turned = v[:3] + 2.0 * cross(vector, cross(vector, v[:3]) + scalar * v[:3])
+    vector, scalar, linear, spin = q[3:6], float(q[6]), v[:3], v[3:6]
+    turned = linear + 2.0 * cross(vector, cross(vector, linear) + scalar * linear)
     turning = 0.5 * (scalar * spin + cross(vector, spin))
     return np.concatenate([turned, turning, [-0.5 * float(vector @ spin)], v[6:]])

@@ -11,6 +11,8 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.ground.terrain import Flat, Patch, PatchedGround, ShakingGround, Slope
 
+STILL = np.zeros(3)
+
 
 class Surface:
     """A plane that may have patches and move up and down.
@@ -50,12 +52,15 @@ class Surface:
 
     def gap(self, time: float, centre: Array, radius: float) -> float:
         """Return the distance of a sphere to the ground [m], negative where it penetrates."""
-        lift = self._amplitude * math.sin(self._rate * time)
-        depth = self._point + np.array([0.0, 0.0, lift]) - centre
+        depth = self._point - centre
+        if self._amplitude:
+            depth[2] += self._amplitude * math.sin(self._rate * time)
         return -float(self.normal @ depth) - radius
 
     def velocity(self, time: float) -> Array:
         """Return the ground's velocity [m/s], world axes. Shape (3,)."""
+        if not self._amplitude:
+            return STILL
         speed = self._amplitude * self._rate * math.cos(self._rate * time)
         return np.array([0.0, 0.0, speed])
 
