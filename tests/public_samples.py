@@ -23,7 +23,8 @@ schema = 1
 robot = "kharagpur"
 gait = { name = "tripod", stroke = 0.04, cycle_time = 0.3 }
 duration = 0.9
-accuracy = 1e-2
+method = "robust"
+step = 2e-3
 """
 
 VARIED = """
@@ -208,7 +209,7 @@ def _sweeps(folder: Path) -> list[Any]:
     drawn = hp.study.SweepStudy.from_toml(STUDY + DRAWN)
     numbers = np.sin([drawn.point(k)["heading"] for k in range(len(drawn))])
     found = hp.study.uncertainty(drawn, {"y": numbers}, "y")
-    flat, quick = hp.Scene(robot()), {"duration": 0.9, "accuracy": 1e-2}
+    flat, quick = hp.Scene(robot()), {"duration": 0.9, "method": "robust", "step": 2e-3}
     tuned = hp.tune(
         lambda values: hp.HoldPosture(np.array(robot().posture) + values["angle"]),
         start={"angle": 0.0}, bounds={"angle": (-0.05, 0.05)}, scenes={"flat": flat},

@@ -165,7 +165,8 @@ MOTORS_TEXT = """schema = 1
 [base]
 robot = "kharagpur"
 gait = {name = "tripod", cycle_time = 1.2, stroke = 0.1}
-accuracy = 1e-3
+method = "robust"
+step = 2e-3
 duration = 3.6
 [motors]
 voltage = 12.0
