@@ -63,7 +63,8 @@ def compared(**how: Any) -> str:
         "far": hp.HoldPosture([9.0] * 18),
     }
     bumps = random_bumps(scene(), [1], amplitude=0.005, wavelength=0.3, length=0.4)
-    return _comparison(hp.compare({"flat": scene(), "bumps": bumps}, walks, **SHORT, **how))
+    steps = {**ROBUST, "duration": 0.9}
+    return _comparison(hp.compare({"flat": scene(), "bumps": bumps}, walks, **steps, **how))
 
 
 def in_lock_step(**how: Any) -> str:

@@ -79,6 +79,9 @@ def test_an_external_load_by_the_published_formula() -> None:
     for drive in hp.drive.identified_drives().values():
         law = native_gear(drive.gear, drive.viscous)
         assert law.external_load
+        place = scene(drive.gear, viscous=drive.viscous)
+        joint = place.robot.joint_index(JOINT)
+        whole = drive_law(place.robot, place.servos, FREE)
         for u, e, w in itertools.product(torques, (*torques, 0.05), (0.2, 2.0)):
             friction, *slopes = law.under_both(u, e, w)
             assert friction == pytest.approx(published(drive.gear, u, e, w), rel=1e-13)
@@ -86,13 +89,9 @@ def test_an_external_load_by_the_published_formula() -> None:
                 at = [np.array([u, e, w]) + sign * h * np.eye(3)[k] for sign in (1.0, -1.0)]
                 high, low = (law.under_both(*one)[0] for one in at)
                 assert slope == pytest.approx((high - low) / (2.0 * h), abs=1e-6)
-            place = scene(drive.gear, viscous=drive.viscous)
-            joint = place.robot.joint_index(JOINT)
             taken = friction + drive.viscous * w
             for sign in (1.0, -1.0):
-                found = drive_law(place.robot, place.servos, FREE).resistance_to(
-                    joint, sign * (u - taken), sign * w, sign * e
-                )
+                found = whole.resistance_to(joint, sign * (u - taken), sign * w, sign * e)
                 assert found == pytest.approx(sign * taken, rel=1e-12)
 
 
@@ -311,7 +310,7 @@ def test_a_walk_with_identified_motors() -> None:
     works, budgets = [], []
     for one in (motor.model_copy(update={"gear_friction": None, "viscous_friction": 0.0}), motor):
         place = hp.Scene(robot, servo=hp.Servo(kp=60.0, kd=1.2, motor=one))
-        trace = hp.simulate(place, control, duration=3.6, accuracy=1e-4)
+        trace = hp.simulate(place, control, duration=3.6, accuracy=1e-4, sample=0.01)
         works.append(trace.energy["servo_work"][-1])
         budgets.append(hp.motor_budget(trace, record))
         assert has_dry_friction(robot, place.servos) == (one.gear_friction is not None)

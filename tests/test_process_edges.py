@@ -366,7 +366,7 @@ B,12,6,6,0.1
 
 LONG = {
     "select, one motor done": ["select", "kharagpur", "--no-html", "--catalog", "motors.csv"],
-    "bench": ["bench", "stand", "--quick", "--rounds", "1"],
+    "bench": ["bench", "stand", "--quick", "--rounds", "1", "--duration", "0.05"],
     "verify": ["verify", "--only", "gait-form,drift"],
     "compare": ["compare", "case.toml", "other.toml"],
     "sweep": ["sweep", "study.toml"],

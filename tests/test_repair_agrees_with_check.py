@@ -48,7 +48,7 @@ def test_commands_agree_on_mutated_files(run: Run, tmp_path: Path, seed: int) ->
         assert "REFUSED" in done.err or " = " in done.err  # the rest, or the option that helps
 
 
-@pytest.mark.parametrize("seed", sorted({*TELLING, *range(0, 430, 40)}))
+@pytest.mark.parametrize("seed", TELLING)
 def test_findings_know_whether_they_are_repaired(seed: int) -> None:
     """After a repair no repairable finding is left, and a second repair changes nothing."""
     text = mutated(TEXTS[seed % len(TEXTS)], seed)

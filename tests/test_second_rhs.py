@@ -191,12 +191,12 @@ def s2_again(trace: hp.Trace, start: int, duration: float, step: float) -> tuple
 
 @pytest.mark.parametrize("kind", S2_PEAKS)
 def test_torque_peaks_of_prescribed_joints(s2_walk: hp.Trace, kind: str) -> None:
-    """40 ms about each peak. Steps of 0.2 ms may miss the top of a peak by 0.1 %, no more."""
+    """20 ms about each peak. Steps of 0.2 ms may miss the top of a peak by 0.1 %, no more."""
     steady = s2_walk.time > 2.4 - 1e-9
     torque = np.abs(np.where(steady[:, None], s2_walk.torque, 0.0))
     own = [j for j, name in enumerate(s2_walk.joint_names) if kind in name]
     row, joint = divmod(int(torque[:, own].argmax()), len(own))
-    found, q = s2_again(s2_walk, row - 150, 0.04, 2e-4)
+    found, q = s2_again(s2_walk, row - 50, 0.02, 2e-4)
     assert found[own[joint]] == pytest.approx(torque[row, own[joint]], rel=1e-3)
     assert found[own[joint]] == pytest.approx(S2_PEAKS[kind], rel=2e-3)  # its printed digits
     np.testing.assert_allclose(q, s2_walk.q[row + 50], rtol=0, atol=1e-8)

@@ -134,7 +134,7 @@ def test_without_parts_foot_control_is_kinematic_control(name, contact, ground):
         WalkMetrics.of(
             hp.simulate(
                 hp.Scene(one, **parts), control, duration=3.05 * gait.cycle_time, sample=0.02,
-                accuracy=1e-6,
+                accuracy=1e-5 if ground == "dry joints" else 1e-6,
             ).summary
         ).to_dict()
         for control in (hp.KinematicControl(gait), hp.FootControl(gait))

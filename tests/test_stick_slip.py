@@ -89,7 +89,7 @@ def test_explicit_walk_on_bristles_keeps_its_energy_account() -> None:
     contact = hp.Contact(normal=NORMAL, friction=STICK)
     scene = hp.Scene(hp.load_robot("kharagpur"), contact=contact)
     control = hp.KinematicControl(hp.Gait.tetrapod())
-    trace = hp.simulate(scene, control, duration=1.0, method="rk4", step=1e-5, sample=0.01)
+    trace = hp.simulate(scene, control, duration=0.5, method="rk4", step=1e-5, sample=0.01)
     rate = trace.torque * trace.v[:, 6:]
     throughput = np.trapezoid(np.abs(rate).sum(axis=1), trace.time)
     assert np.abs(trace.energy_residual).max() < 1e-6 * throughput
