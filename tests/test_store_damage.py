@@ -228,6 +228,7 @@ def test_damage_of_any_kind_is_refused_named_or_run_again(
 def test_rows_whose_checksums_were_made_to_fit_raise_typed_errors(
     tmp_path: Path, whole: SweepResult, outcomes: Any, monkeypatch: Any, table: str
 ) -> None:
+    """The columns of a sweep that went on become a dataset as those of one that was opened do."""
     monkeypatch.setattr(runner_module, "case_outcomes", _recorded(outcomes))
     path = tmp_path / "a.db"
     for statement in filter(None, _damages(table)):
@@ -237,7 +238,7 @@ def test_rows_whose_checksums_were_made_to_fit_raise_typed_errors(
         with contextlib.suppress(SweepStoreError):
             assert hp.study.open_sweep(path).dataset is not None
         with contextlib.suppress(SweepStoreError):
-            assert run_sweep(STUDY, path, resume=True).dataset is not None
+            assert run_sweep(STUDY, path, resume=True).columns is not None
 
 
 def test_inputs_that_are_missing_are_refused_and_written_again(
