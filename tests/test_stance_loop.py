@@ -54,7 +54,7 @@ def kharagpur() -> hp.Scene:
 
 @pytest.fixture
 def short_runs(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Settle for half as long as the study does, at ten times its accuracy."""
+    """Settle for half as long as the study does, and allow ten times its error."""
     monkeypatch.setattr(standing_growth, "SETTLED", 3.0)
     monkeypatch.setattr(standing_growth, "ACCURACY", 1e-7)
 
