@@ -60,7 +60,7 @@ format: $(VENV)/.dev
 	$(BIN)/ruff format .
 
 types: $(STUB)
-	$(BIN)/mypy
+	$(BIN)/mypy --num-workers auto
 
 # The types of the compiled module, read from it: an editable install keeps them out of this folder.
 $(STUB): $(VENV)/.dev
