@@ -181,7 +181,7 @@ class NativeRun:
             return slice(None)
         first = int(np.searchsorted(points.time, start.time, side="right")) - 1
         last = int(np.searchsorted(points.time, start.time + length, side="right")) + 1
-        return slice(max(0, first - 1), last)
+        return slice(max(0, first - 1), max(2, last))
 
     def with_settings(self, settings: RunSettings) -> NativeRun:
         """Return a run of the same scene from the same start, with other settings."""
