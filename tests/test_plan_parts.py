@@ -9,6 +9,7 @@ from refusals import refused
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.simulation import open_loop
+from hexapod_pin.simulation.native_run import NativeRun
 from hexapod_pin.simulation.open_loop import PlanParts, open_loop_run, plan_of
 
 ROBOT = hp.load_robot("kharagpur")
@@ -55,6 +56,26 @@ def test_no_more_than_a_part_and_its_margin_is_planned():
     case = hp.Case(SCENE, hp.KinematicControl(GAIT), duration=39000.0, sample=1.3)
     run = open_loop_run(case, case.settings, in_parts=True)
     assert open_loop.PART <= run.rollout.plan_end <= open_loop.PART + 4 * GAIT.cycle_time
+
+
+@pytest.mark.parametrize("method", ["extrapolated-euler", "ndf"])
+def test_a_run_of_a_longer_plan_is_given_the_knots_that_it_comes_by(method: str):
+    """Not those of the rest, which change no bit, also where it begins amid the plan."""
+    control = hp.KinematicControl(GAIT)
+    longer = control.plan(ROBOT, 10.0)
+    start = hp.simulate(SCENE, control, duration=3.0, accuracy=1e-4, estimate=False).checkpoint
+    for initial, begin in ((None, 0.0), (start, 3.0)):
+        case = hp.Case(
+            SCENE, control, duration=0.4, accuracy=1e-4, method=method, estimate=False,
+            initial=initial,
+        )  # fmt: skip
+        run = open_loop_run(case, case.settings)
+        same = NativeRun(SCENE, run.settings, run.start, longer)
+        run.advance()
+        same.advance()
+        assert same.rollout.plan_end < begin + 0.5 < longer.time[-1]
+        ours, others = same.rollout.record(), run.rollout.record()
+        assert all(np.array_equal(ours[name], others[name]) for name in others)
 
 
 def test_a_run_far_from_the_start_plans_from_there():
