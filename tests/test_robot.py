@@ -20,7 +20,7 @@ from hexapod_pin.robot.description.urdf_file import read_urdf
 from hexapod_pin.robot.loading.pin_model import placement
 from hexapod_pin.robot.robot import Robot, load_robot
 from hexapod_pin.robot.robot_source import urdf_path
-from hexapod_pin.robot.rotations import rotation
+from hexapod_pin.robot.rotations import rotation, rotations, trunk_vertical
 from hexapod_pin.validation.cases.robots import references, robot_file
 
 HARD_CASES: dict[str, Any] = references()
@@ -392,3 +392,13 @@ def test_provenance(kharagpur: Robot) -> None:
     assert athena.name == "athena_like"
     assert "assumed" in athena.provenance
     assert len(athena.assumed) > 0
+
+
+def test_the_vertical_in_the_trunk_s_axes() -> None:
+    """It leans backwards where the trunk pitches down; a quaternion need not have unit length."""
+    pitch = 0.3
+    q = np.array([0.0, 0.0, 0.1, 0.0, 2.0 * np.sin(0.5 * pitch), 0.0, 2.0 * np.cos(0.5 * pitch)])
+    assert trunk_vertical(q) == pytest.approx([-np.sin(pitch), 0.0, np.cos(pitch)], abs=1e-15)
+    drawn = np.random.default_rng(3).normal(size=(20, 7))
+    rows = rotations(drawn[:, 3:7])[:, 2]
+    assert np.array([trunk_vertical(one) for one in drawn]) == pytest.approx(rows, abs=1e-14)

@@ -11,11 +11,9 @@ import socket
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import nullcontext, redirect_stdout
+from contextlib import nullcontext
 from functools import cache
-from io import StringIO
 from pathlib import Path
-from types import SimpleNamespace
 
 import mujoco
 import numpy as np
@@ -53,14 +51,6 @@ def few_motors() -> Catalog:
     whole = hp.load_catalog()
     named = [whole.get(model, 12.0) for model in ("STS3215-C018", "MX-64")]
     return Catalog((*named, *(row for row in whole.records[::6] if row not in named)), "a sixth")
-
-
-def run_here(command: list[str], **_: object) -> SimpleNamespace:
-    """Run the text of `python -c TEXT ...` in this process; give what it prints."""
-    with pytest.MonkeyPatch.context() as patch, redirect_stdout(StringIO()) as printed:
-        patch.setattr(sys, "argv", command[2:])
-        exec(command[2], {})
-    return SimpleNamespace(stdout=printed.getvalue())
 
 
 SHORT = {
@@ -160,7 +150,6 @@ SMALLER = {
         "studies.foot_control.cells.SWING": {"kharagpur": (0.2, 0.25)},
         "studies.foot_control.cells.CYCLES": 3.1,
     },
-    "sweep_scale": {"studies.sweeps.measurements.subprocess": SimpleNamespace(run=run_here)},
     "tolerance_calibration": {f"{SUITE}.WALK_DURATION": 0.1, f"{SUITE}.DROP_DURATION": 0.1},
     "walk_tracking": {
         "studies.walks.walk_tracking.FIRST_CYCLE": 1, "studies.walks.walk_tracking.CYCLES": 1,

@@ -102,6 +102,18 @@ def trunk_yaw(q: Array) -> Array:
     return yaw
 
 
+def trunk_vertical(q: Array) -> Array:
+    """Return the world's vertical in the trunk's axes (3,), of one position of a robot (nq,).
+
+    It is the last row of `rotations`; between the cycles of a walk it is needed alone.
+    """
+    x, y, z, w = q[3:7].tolist()
+    twice = 2.0 / (x * x + y * y + z * z + w * w)
+    return np.array(
+        [twice * (x * z - w * y), twice * (y * z + w * x), 1.0 - twice * (x * x + y * y)]
+    )
+
+
 def yawed(p: Array, yaw: Array) -> Array:
     """Return vectors (..., 2) or (..., 3) turned about z by yaw (...) [rad]."""
     c, s = np.cos(yaw), np.sin(yaw)

@@ -24,7 +24,7 @@ from hexapod_pin.ground.terrain import Flat, Slope
 from hexapod_pin.results.checkpoint import Checkpoint
 from hexapod_pin.results.travelled_path import SUNK, TIPPED
 from hexapod_pin.robot.robot import scratch_data
-from hexapod_pin.robot.rotations import rotations
+from hexapod_pin.robot.rotations import rotations, trunk_vertical
 from hexapod_pin.scene.loads import LostLeg, Push
 from hexapod_pin.scene.scene import standing_on
 from hexapod_pin.simulation.accuracy_control import AccuracyControl, Runs, controlled_runs
@@ -42,7 +42,6 @@ from hexapod_pin.simulation.transients import (
     Change,
     Transients,
     height_over_ground,
-    vertical,
 )
 
 if TYPE_CHECKING:
@@ -221,7 +220,7 @@ def _first_cycle(case: CaseData, settings: RunSettings) -> NativeRun:
 
 def _fallen(run: NativeRun, end: Array) -> bool:
     """Whether a robot has sunk or tipped over in a run to `end`, or its trunk has touched down."""
-    tipped = vertical(end) @ vertical(run.start.q) < math.cos(TIPPED)
+    tipped = trunk_vertical(end) @ trunk_vertical(run.start.q) < math.cos(TIPPED)
     sunk = _mass_height(run, end) < SUNK * _mass_height(run, run.start.q)
     return bool(tipped) or sunk or bool(run.rollout.trunk_touches())
 

@@ -12,6 +12,7 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.results.error_estimate import ErrorEstimate
 from hexapod_pin.results.schema import differences
 from hexapod_pin.results.summary import Summary
+from hexapod_pin.robot.rotations import trunk_vertical
 from hexapod_pin.simulation.methods import DEFAULT_ACCURACY
 
 if TYPE_CHECKING:
@@ -54,7 +55,7 @@ class Change:
             force = np.hypot(upright[1] - upright[0], level[1] - level[0])
         return cls(
             place=abs(height_over_ground(run, last) - height_over_ground(run, first)),
-            turn=float(np.linalg.norm(vertical(last) - vertical(first))),
+            turn=float(np.linalg.norm(trunk_vertical(last) - trunk_vertical(first))),
             joint=_largest(last[7:] - first[7:]),
             torque=_largest(torque),
             foot_force=_largest(force),
@@ -87,14 +88,6 @@ def _largest(values: Array) -> float:
 def height_over_ground(run: NativeRun, q: Array) -> float:
     """Return the height of the trunk's origin over the ground [m]."""
     return float(q[2] - run.scene.terrain.surface().height_at(q[0], q[1]))
-
-
-def vertical(q: Array) -> Array:
-    """Return the world's vertical in the axes of the trunk of a configuration. Shape (3,)."""
-    x, y, z, w = q[3:7].tolist()
-    twice = 2.0 / (x * x + y * y + z * z + w * w)
-    upward = (twice * (x * z - w * y), twice * (y * z + w * x), 1.0 - twice * (x * x + y * y))
-    return np.array(upward)
 
 
 def _upright_and_level(force: Array) -> Array:
