@@ -69,6 +69,11 @@ class _Ended:
         return int(self.run.rollout.counters()["events"])
 
     @property
+    def amplifies(self) -> bool:
+        """Whether the error carried along has grown too large for a linearised motion."""
+        return bool(self.run.rollout.counters().get("error_lost"))
+
+    @property
     def effort(self) -> int:
         return max(1, int(self.run.rollout.counters()["evaluations"]))
 
@@ -134,7 +139,7 @@ class AccuracyControl:
             coarser.refinement, finer.refinement, ratio,
             events=(coarser.events, finer.events), effort=finer.effort / coarser.effort,
             order=ORDER.get(self.settings.method_settings.method.name, 0),
-            slow=self.settings.method_settings.slow_decay,
+            slow=self.settings.method_settings.slow_decay, amplifies=finer.amplifies,
         )  # fmt: skip
         LOG.debug("refinements %d and %d differ by %.3g of the accuracy",
                   coarser.refinement, finer.refinement, ratio)  # fmt: skip

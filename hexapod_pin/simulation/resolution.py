@@ -86,6 +86,10 @@ class Comparison:
         effort: evaluations of the finer run over those of the coarser [-].
         order: of the method, where steps that samples end have its error; 0: unknown.
         slow: whether errors may fall more slowly than tolerances: as `MethodSettings.slow_decay`.
+        amplifies: whether errors have grown beyond a linearised motion in the finer run: where a
+            sliding foot or its neighbour may take the load, two runs may have gone the same wrong
+            way.
+        seconded: whether the comparison before was within the accuracy, too.
         least_ratio: bound over the accuracy that two runs gave between which the coarser one lies
             [-]: it may confirm that bound, but chance must not make it smaller. 0: none did.
     """
@@ -99,6 +103,8 @@ class Comparison:
     effort: float = math.inf
     order: int = 0
     slow: bool = False
+    amplifies: bool = False
+    seconded: bool = False
     least_ratio: float = 0.0
 
     def after(self, last: Comparison | None) -> Comparison:
@@ -112,6 +118,7 @@ class Comparison:
         return replace(
             self,
             decay=fall ** (1.0 / levels),
+            seconded=last.finer == self.coarser and last.error_ratio <= 1.0,
             by_chance=last.error_ratio > 1.0 and fall < CHANCE * USUAL_DECAY**levels,
             least_ratio=last.error_ratio if last.finer == self.finer else 0.0,
         )
@@ -165,7 +172,8 @@ class Comparison:
     @property
     def kept(self) -> bool:
         """Whether the finer run is within the accuracy requested."""
-        doubtful = self.finds_more or self.by_chance or self.needs_witness
+        alone = self.amplifies and not self.seconded
+        doubtful = self.finds_more or self.by_chance or self.needs_witness or alone
         return not doubtful and self.error_ratio <= 1.0
 
 
