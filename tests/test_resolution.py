@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from random_scenes import draw_scene
 
 import hexapod_pin as hp
 from hexapod_pin.simulation.accuracy_control import AccuracyControl
@@ -16,19 +15,14 @@ from hexapod_pin.simulation.resolution import (
     CHANCE,
     FINER_SHARE,
     JUMP,
-    REGULAR_SHARE,
     Comparison,
     finer_share,
     next_level,
 )
 from hexapod_pin.simulation.run_settings import RunSettings
-from hexapod_pin.validation.position_error import PositionError
-
-ACCURACY = 1e-4
 
 
 def test_a_finer_run_follows_until_its_bound_is_within() -> None:
-    """Four levels at a time, as far as there are levels."""
     good, bad = (Comparison(0, 4, x / FINER_SHARE[4]) for x in (0.99, 1.01))
     assert good.kept and next_level([good]) is None
     assert good.error_ratio == pytest.approx(0.99, rel=1e-12)
@@ -38,8 +32,8 @@ def test_a_finer_run_follows_until_its_bound_is_within() -> None:
     assert [finer_share(k) for k in (1, 7, 40)] == [FINER_SHARE[4], FINER_SHARE[6], FINER_SHARE[8]]
 
 
-@pytest.mark.parametrize("decay", [0.5, 10.0**-0.25, 0.68, 0.7, 0.85])
-@pytest.mark.parametrize("levels", [4, 6, 8])
+@pytest.mark.parametrize("decay", [0.5, 0.68, 0.7, 0.85])
+@pytest.mark.parametrize("levels", [4, 8])
 def test_bounds_follow_how_fast_three_runs_show_errors_to_fall(decay: float, levels: int) -> None:
     """Errors 3 r^n: the bound holds; it is sharper where r is regular, and wider where slower."""
     errors = [3.0 * decay**n for n in (0, 4, 4 + levels)]
@@ -52,17 +46,6 @@ def test_bounds_follow_how_fast_three_runs_show_errors_to_fall(decay: float, lev
     if levels == 4:
         assert (last.error_ratio > usual) == (decay >= 0.7)
     assert last.error_fraction * last.difference == last.error_ratio
-
-
-@pytest.mark.parametrize("effort", [1.05, 1.2, 2.0])
-def test_bounds_are_wider_where_the_finer_run_is_hardly_finer(effort: float) -> None:
-    """Errors of order 3 in steps that samples end: 1/n^3 for n evaluations."""
-    error = effort**-3
-    found = Comparison(0, 4, 1.0 - error, effort=effort, order=3)
-    assert found.error_ratio >= error * (1.0 - 1e-12)
-    by_levels = Comparison(0, 4, 1.0 - error).error_ratio
-    assert found.error_ratio == pytest.approx(max(error, by_levels), rel=1e-12)
-    assert Comparison(0, 4, 0.0, effort=1.0, order=3).kept  # a robot at rest
 
 
 def test_runs_that_agree_far_better_than_tolerances_are_confirmed() -> None:
@@ -78,6 +61,9 @@ def test_runs_that_agree_far_better_than_tolerances_are_confirmed() -> None:
 
 def test_a_difference_that_grows_or_has_no_gain() -> None:
     """Bounds widen by a finite factor; a motion that amplifies errors is not run finer for ever."""
+    hardly_finer = Comparison(0, 4, 1.0 - 1.2**-3, effort=1.2, order=3)
+    assert hardly_finer.error_ratio == pytest.approx(1.2**-3, rel=1e-12)  # errors of order 3
+    assert Comparison(0, 4, 0.0, effort=1.0, order=3).kept  # a robot at rest
     grown = Comparison(4, 8, 2.0).after(Comparison(0, 4, 1.0))
     assert 10.0 < grown.error_ratio / Comparison(4, 8, 2.0).error_ratio < 100.0
     assert Comparison(4, 8, 2.0).after(Comparison(0, 4, 0.0)) == Comparison(4, 8, 2.0)
@@ -104,66 +90,67 @@ def test_a_finer_run_that_finds_far_more_events_is_not_accepted() -> None:
 
 
 class StubRun:
-    """A run whose trunk is off by an error at its end; a level costs as much as it is fine."""
+    """A run whose trunk is off by an error at its end, and what it knows of that."""
 
-    def __init__(self, error: float, level: int = 0) -> None:
-        """Take the error over the accuracy; inf: it has diverged."""
-        self.good, self.wall_time, self.follows_error = np.isfinite(error), 0.0, False
+    wall_time, omitted = 0.0, ()
+
+    def __init__(self, error: float, level: int, known: float | None) -> None:
+        """Take what the run is off by, its level, and what it has carried along."""
+        self.good, self.follows_error = np.isfinite(error), known is not None
+        self.known = known
         counters = {"evaluations": round(1000 * 10.0 ** (level / 12)), "events": 0}
-        self.rollout = SimpleNamespace(counters=lambda: counters, ended_by="", summary=dict)
+        self.rollout = SimpleNamespace(
+            counters=lambda: counters, ended_by="", summary=dict, half_summaries=lambda: ({}, {})
+        )
+        self.settings = RunSettings.of(1.0, "ndf", 1e-4, None, None, None)
         self._q = np.array([[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]] * 2)
-        self._q[1, 0] = error * ACCURACY
+        self._q[1, 0] = error * 1e-4
 
     def samples(self) -> dict[str, Any]:
-        """Return two samples."""
         return {"q": self._q}
 
+    def carried_error(self) -> dict[str, Any]:
+        return {name: np.array([0.0, self.known * 1e-4]) for name in ("place", "turn", "joint")}
+
     def require_good_so_far(self) -> None:
-        """Refuse a run that diverged."""
         raise hp.errors.DivergenceError("diverged", None)
 
 
-def control_of(errors: dict[int, float], *, sensitive: bool = False) -> AccuracyControl:
-    """Return a control that has taken runs as it asked for them, by errors over the accuracy."""
-    control = AccuracyControl(settings(sensitive))
-    level: int | None = control.settings.method_settings.first_levels[0]
+def control_of(
+    errors: dict[int, float], *, sensitive: bool = False, known: dict[int, float] | None = None
+) -> AccuracyControl:
+    settings = RunSettings.of(1.0, "ndf" if known else None, 1e-4, None, None, None)
+    choice = replace(settings.method_settings, sensitive=sensitive)
+    if known:
+        choice = choice.for_scene(hp.Scene(hp.load_robot("kharagpur")))
+    control = AccuracyControl(replace(settings, method_settings=choice))
+    level: int | None = choice.first_levels[0]
     while level is not None:
-        control.take(level, StubRun(errors.get(level, 0.0), level))  # type: ignore[arg-type]
+        knows = None if known is None else known.get(level, 0.0)
+        control.take(level, StubRun(errors.get(level, 0.0), level, knows))  # type: ignore[arg-type]
         level = control.next_level()
     return control
 
 
-def settings(sensitive: bool = False) -> RunSettings:
-    """Return those of a run of 1 s, of a scene where errors may grow."""
-    plain = RunSettings.of(1.0, None, ACCURACY, None, None, None)
-    return replace(plain, method_settings=replace(plain.method_settings, sensitive=sensitive))
+def test_a_run_that_knows_enough_is_the_last() -> None:
+    """Four times what was carried along is within the accuracy at 0.24 of it, not at 0.26."""
+    assert not control_of({0: 0.1}, known={0: 0.24}).comparisons
+    assert control_of({0: 0.1}, known={0: 0.26}).comparisons[0].finer == 4
 
 
-def test_runs_follow_until_the_bound_is_within() -> None:
-    """Errors of 10, 1, then 0.1: the third run is returned, and its bound is the smaller."""
-    control = control_of({0: 10.0, 4: 1.0, 8: 0.1})
-    first, last = control.comparisons
-    assert (first.coarser, first.finer, last.coarser, last.finer) == (0, 4, 4, 8)
-    assert not first.kept and last.kept
-    assert last.error_ratio == pytest.approx(FINER_SHARE[4] * REGULAR_SHARE * 0.9, rel=1e-12)
+def test_runs_that_contradict_what_they_know_are_compared() -> None:
+    """Two that differ by more than both know are not believed: their difference is the bound."""
+    control = control_of({0: 10.0}, known={0: 0.4, 4: 0.01})
+    assert control.comparisons[0].difference == pytest.approx(10.0)
+    assert [one.finer for one in control.comparisons][:2] == [4, 8]
+    assert control_of({0: 0.5}, known={0: 0.4, 4: 0.01}).comparisons[-1].finer == 4
 
 
 def test_runs_that_diverge() -> None:
-    """One that does is run finer once; a finer one that does ends the search."""
     with pytest.raises(hp.errors.DivergenceError):
         control_of({0: np.inf, 4: np.inf})
     control = control_of({0: 100.0, 4: 0.0, 8: np.inf})
     assert not control.comparisons[-1].kept
-
-
-def test_errors_that_fall_as_tolerances_do_are_confirmed_by_one_run_more() -> None:
-    """The finest of the three stays the finest, and its bound what it was."""
-    control = control_of({0: 4.0, 4: 0.4, 8: 0.04}, sensitive=True)
-    first, last = control.comparisons
-    assert first.needs_witness and not first.kept and last.kept
-    assert (last.coarser, last.finer) == (4, 8)
-    assert first.error_ratio == pytest.approx(FINER_SHARE[8] * 3.96, rel=1e-12)
-    assert control.error_ratio == pytest.approx(first.error_ratio, rel=1e-12)
 
 
 def test_two_runs_that_are_wrong_by_as_much_are_found_out() -> None:
@@ -176,12 +163,11 @@ def test_two_runs_that_are_wrong_by_as_much_are_found_out() -> None:
     assert abs(errors[16]) <= control.error_ratio <= 1.0
 
 
-@pytest.mark.parametrize("difference", [0.99, 1.01])
-def test_a_difference_within_the_accuracy_needs_none(difference: float) -> None:
+def test_a_difference_within_the_accuracy_needs_none() -> None:
     """Nor do runs of neighbouring levels, whose difference is nearly the bound itself."""
-    assert Comparison(0, 8, difference).needs_witness == (difference > 1.0)
-    assert not Comparison(0, JUMP, difference).needs_witness
-    assert Comparison(0, 8, difference).kept == (difference < 1.0)
+    within, without = Comparison(0, 8, 0.99), Comparison(0, 8, 1.01)
+    assert within.kept and not within.needs_witness and without.needs_witness and not without.kept
+    assert not Comparison(0, JUMP, 1.01).needs_witness
     beyond = Comparison(0, 8, 1.01 / FINER_SHARE[8])
     assert not beyond.needs_witness and next_level([beyond]) == 8 + JUMP
 
@@ -193,17 +179,3 @@ def test_one_that_diverges_is_asked_for_once() -> None:
     doubtful = Comparison(0, 8, 4.0)
     assert next_level([doubtful], finest=8, taken=(0, 8)) == 4
     assert next_level([doubtful], finest=8, taken=(0, 8, 4)) is None and not doubtful.kept
-
-
-def test_a_box_that_settles_on_its_corners_is_within_its_bound() -> None:
-    """Coarse and fine, 100 times apart in tolerance, were off by 5.0 and by 3.7 of the accuracy.
-
-    From 0.333 s on the box hits the ground with one corner after the other. Small errors grow there
-    27 times by 0.36 s, that of the fine run, 5e-5, even 97 times: another corner comes first.
-    """
-    drawn, accuracy = draw_scene(2511291010, 139), 1e-3
-    reference = drawn.run(method="ndf", accuracy=1e-9)
-    assert reference.error_estimate < 0.01 * accuracy
-    run = drawn.run(method="extrapolated-euler", accuracy=accuracy)
-    error = PositionError.between(run.q, reference.q).q
-    assert error <= run.error_estimate <= accuracy
