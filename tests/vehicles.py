@@ -14,7 +14,6 @@ from hexapod_pin.robot.loading.load_options import LoadOptions
 from hexapod_pin.validation.cases.robots import references, robot_file
 
 HARD_CASES: dict[str, Any] = references()
-STIFF_LEGS = hp.Servo(kp=1e4, kd=1e2, limited=False)
 FREE = hp.JointStops(stiffness=0.0)  # joints may pass their limits, as in the references
 LIMP = hp.Servo(kp=0.0, kd=0.0, limited=False)
 
