@@ -1,10 +1,9 @@
-"""S1's equations in maximal coordinates: against the core, differences, dense algebra, statics."""
+"""S1's equations in maximal coordinates, and runs in them: the core, statics, known answers."""
 
 from __future__ import annotations
 
 import itertools
-import subprocess
-import sys
+from functools import cache
 
 import numpy as np
 import pytest
@@ -15,12 +14,13 @@ from scipy.spatial.transform import Rotation
 
 import hexapod_pin as hp
 from hexapod_pin.formulations import maximal
-from hexapod_pin.formulations.maximal import MaximalState, initial_state
-from hexapod_pin.formulations.maximal import model as equations
+from hexapod_pin.formulations.maximal import initial_state
+from hexapod_pin.formulations.set_points import SetPoints
 from hexapod_pin.robot.rotations import quaternion_products, rotations, turned_quaternions
 from hexapod_pin.validation.checks.maximal_checks import (
     compare_accelerations,
     maximal_twin,
+    position_difference,
     pressed_states,
 )
 
@@ -35,31 +35,6 @@ TERRAINS = {
     ),
     "shaken": hp.terrain.ShakingGround(amplitude=2e-3, frequency=12.0),
 }
-
-
-def robot_of(name: str) -> hp.Robot:
-    return vehicles.hexa_ref() if name == "hexa_ref" else hp.load_robot(name)
-
-
-# --- against the core ---------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("name", "contact"), [("kharagpur", "s1"), ("athena", "s2"), ("hexa_ref", "s1")]
-)
-def test_accelerations_equal_the_core(name: str, contact: str) -> None:
-    """200 random states with contacts over the six combinations.
-
-    1e-9 is wanted; both sides are sums of some 1e3 terms of rounding 1e-16 and condition 1e1 to
-    1e2, so 1e-12 is what a right formula keeps.
-    """
-    scene = hp.Scene(robot_of(name), contact=hp.Contact.preset(contact))
-    states = pressed_states(scene, 34)
-    assert compare_accelerations(scene, states) < 1e-12
-    twin = maximal_twin(scene)
-    q, v, _ = states[0]
-    state = initial_state(twin.model, twin.bodies_order(q, 7), twin.bodies_order(v, 6))
-    assert (twin.model.gaps(0.0, state) < 0.0).sum() >= 5  # the states do press on the ground
 
 
 FRICTIONS = {**FRICTION, "stick-slip": hp.contact.StickSlip(mu=0.7, stiffness=2e4, damping=60.0)}
@@ -83,7 +58,6 @@ def test_every_ground_equals_the_core(terrain: str) -> None:
 
 
 def test_joint_stops_and_damping_equal_the_core() -> None:
-    """Joints beyond their limits, moving outwards and inwards."""
     robot = vehicles.hexa_ref()
     scene = hp.Scene(robot, contact=hp.Contact.s1())
     states = [(q.copy(), v, torque) for q, v, torque in pressed_states(scene, 4)]
@@ -92,154 +66,17 @@ def test_joint_stops_and_damping_equal_the_core() -> None:
     assert compare_accelerations(scene, states) < 1e-12
 
 
-# --- planted errors -----------------------------------------------------------------------------
-
-
-def minus(function):
-    return lambda *given: -function(*given)
-
-
-@pytest.mark.parametrize(
-    ("name", "wrong"),
-    [
-        ("gamma_row_1", minus(equations.gamma_row_1)),
-        ("world_inertia", lambda turn, inertia: turn.transpose(0, 2, 1) @ inertia @ turn),
-    ],
-    ids=["sign of row 1", "transposed axes"],
-)
-def test_planted_error_is_seen(monkeypatch, name, wrong) -> None:
-    """A hundred times the 1e-9 that is allowed, although contacts make the largest part of v'.
-
-    Others are planted in the checks of `verify`.
-    """
-    scene = hp.Scene(hp.load_robot("kharagpur"), contact=hp.Contact.s1())
-    states = pressed_states(scene, 3)
-    monkeypatch.setattr(equations, name, wrong)
-    assert compare_accelerations(scene, states) > 1e-7
-
-
-def test_swapped_inertia_axes_are_seen(monkeypatch) -> None:
-    """The tibia's moments about x and y exchanged in the URDF that one side reads."""
-    scene = hp.Scene(vehicles.hexa_ref(), contact=hp.Contact.s1())
-    states = pressed_states(scene, 3)
-    old, new = '"9.8446e-05"', '"8.7515e-05"'
-    text = scene.robot.urdf
-    assert text.count(old) == 6
-    swapped = text.replace(old, "OLD").replace(new, old).replace("OLD", new)
-    object.__setattr__(scene.robot, "urdf", swapped)
-    assert compare_accelerations(scene, states) > 1e-7
-
-
-# --- nothing shared -----------------------------------------------------------------------------
-
-
-def test_flat_ground_needs_neither_pinocchio_nor_the_core() -> None:
-    """One evaluation with contacts in a fresh interpreter: neither is loaded."""
-    script = """
-import sys
-from pathlib import Path
-import numpy as np
-from hexapod_pin.ground.contact import Contact
-from hexapod_pin.formulations import maximal
-from hexapod_pin.ground.terrain import Flat
-bodies = maximal.read_bodies(Path(sys.argv[1]).read_text(), ["lf_foot"])
-model = maximal.MaximalModel(bodies, contact=maximal.GroundContact(bodies, Contact.s1(), Flat()))
-state = maximal.initial_state(model, np.r_[np.zeros(6), 1.0, np.zeros(18)], np.zeros(24))
-found = maximal.derivative(model, state, np.zeros(18))
-assert np.isfinite(found.acceleration).all()
-print([name for name in ("pinocchio", "hexapod_pin.native") if name in sys.modules])
-"""
-    path = str(hp.urdf_path("kharagpur"))
-    done = subprocess.run(
-        [sys.executable, "-c", script, path], capture_output=True, text=True, check=True
-    )
-    assert done.stdout.strip() == "[]"
-
-
-# by themselves --------------------------------------------------------------------------------
-
-
-def pendulum(*, com: str = "0.1 0.03 0", damping: float = 0.0) -> str:
-    """A base and one link of 2 kg on an axis along y."""
+def pendulum() -> str:
     inertia = '<inertia ixx="0.01" iyy="0.02" izz="0.015" ixy="0" ixz="0" iyz="0"/>'
     return (
         f'<robot name="p"><link name="base"><inertial><mass value="1"/>{inertia}</inertial></link>'
-        f'<link name="arm"><inertial><origin xyz="{com}"/><mass value="2"/>{inertia}</inertial>'
-        '</link><joint name="hinge" type="continuous"><parent link="base"/><child link="arm"/>'
-        f'<origin xyz="0 0 0.5"/><axis xyz="0 3 0"/><dynamics damping="{damping}"/></joint></robot>'
+        '<link name="arm"><inertial><origin xyz="0.1 0.03 0"/><mass value="2"/>'
+        f'{inertia}</inertial></link><joint name="hinge" type="continuous"><parent link="base"/>'
+        '<child link="arm"/><origin xyz="0 0 0.5"/><axis xyz="0 3 0"/></joint></robot>'
     )
-
-
-# --- the equations themselves -------------------------------------------------------------------
-
-
-def test_constraint_acceleration_equals_second_differences() -> None:
-    """Phi'' = D v' - gamma for bodies that move at random, joints open or not."""
-    rng = np.random.default_rng(1)
-    bodies = maximal.read_bodies(hp.load_robot("kharagpur").urdf)
-    model, n = maximal.MaximalModel(bodies), len(bodies.mass)
-    closed = initial_state(model, np.r_[np.zeros(6), 1.0, rng.normal(size=18)], np.zeros(24))
-    quaternion = turned_quaternions(closed.quaternion, 0.1 * rng.normal(size=(n, 3)))
-    velocity, rate = rng.normal(size=(2, n, 6))
-
-    def violation(h: float) -> np.ndarray:
-        """Phi at t = h: the commutator of w and w' enters only with h^3, and cancels."""
-        shift = h * velocity + 0.5 * h * h * rate
-        state = MaximalState(
-            closed.position + shift[:, :3], turned_quaternions(quaternion, shift[:, 3:]), velocity
-        )
-        return model.constraints(state, model.kinematics(state)).violation
-
-    h = 1e-4
-    state = MaximalState(closed.position, quaternion, velocity)
-    found = model.constraints(state, model.kinematics(state))
-    along = np.einsum("nij,nj->ni", found.on_child, rate[1:])
-    along += np.einsum("nij,nj->ni", found.on_parent, rate[bodies.parent])
-    second = (violation(h) - 2.0 * violation(0.0) + violation(-h)) / h**2
-    assert np.abs(second - (along - found.gamma)).max() < 1e-6  # h^2 and 1e-16/h^2
-    first = (violation(h) - violation(-h)) / (2.0 * h)
-    assert np.abs(first - found.rate).max() < 1e-7
-
-
-@pytest.mark.parametrize(
-    "root",
-    [
-        maximal.RootConstraint.free(),
-        maximal.RootConstraint.fixed(),
-        maximal.RootConstraint.spherical((0.1, 0.2, 0.3), (0, 0, 0)),
-    ],
-    ids=["free", "fixed", "held at a point"],
-)
-def test_elimination_equals_the_dense_system(root: maximal.RootConstraint) -> None:
-    """All 204 (210) equations at once by LU, at a state with open joints and Baumgarte's terms."""
-    rng = np.random.default_rng(2)
-    bodies = maximal.read_bodies(hp.load_robot("athena").urdf)
-    model = maximal.MaximalModel(bodies, root=root, baumgarte=maximal.Baumgarte.critical(20.0))
-    state = initial_state(model, np.r_[np.zeros(6), 1.0, rng.normal(size=18)], rng.normal(size=24))
-    state = MaximalState(
-        state.position + 1e-3 * rng.normal(size=(19, 3)), state.quaternion, state.velocity
-    )
-    at = model.kinematics(state)
-    joints = model.constraints(state, at)
-    force = rng.normal(size=(19, 6))
-    wanted, hold = rng.normal(size=(18, 5)), rng.normal(size=root.size)
-    found = model.solve_kkt(at.mass, force, joints, wanted, hold)
-    across = np.zeros((90 + root.size, 114))
-    for j, parent in enumerate(bodies.parent):
-        across[5 * j : 5 * j + 5, 6 * parent : 6 * parent + 6] = joints.on_parent[j]
-        across[5 * j : 5 * j + 5, 6 * j + 6 : 6 * j + 12] = joints.on_child[j]
-    across[90:, :6] = joints.root.rows
-    mass = np.zeros((114, 114))
-    for k in range(19):
-        mass[6 * k : 6 * k + 6, 6 * k : 6 * k + 6] = at.mass[k]
-    full = np.block([[mass, -across.T], [across, np.zeros((len(across),) * 2)]])
-    answer = np.linalg.solve(full, np.r_[force.ravel(), wanted.ravel(), hold])
-    parts = np.concatenate([part.ravel() for part in found])
-    assert np.abs(parts - answer).max() < 1e-9 * np.abs(answer).max()  # condition 1e6 of the whole
 
 
 def test_rotation_algebra() -> None:
-    """Matrices, products and turns against SciPy's; a turn of the world's axes from the left."""
     rng = np.random.default_rng(3)
     q = rng.normal(size=(50, 4))
     q /= np.linalg.norm(q, axis=1)[:, None]
@@ -251,27 +88,7 @@ def test_rotation_algebra() -> None:
     assert np.abs(rotations(quarter)[0] @ [1, 0, 0] - [0, 1, 0]).max() < 1e-15
 
 
-# --- bodies and reactions -----------------------------------------------------------------------
-
-
-def test_bodies_of_a_hexapod() -> None:
-    """19 bodies, three levels of six joints, the weight of the robot; presets of Baumgarte."""
-    robot = hp.load_robot("kharagpur")
-    bodies = maximal.read_bodies(robot.urdf, [foot.name for foot in robot.feet])
-    assert len(bodies.mass) == 19 and sorted(bodies.joint_names) == sorted(robot.joint_names)
-    assert [level.stop - level.start for level in bodies.levels] == [6, 6, 6]
-    assert bodies.mass.sum() == pytest.approx(robot.total_mass, rel=1e-14)
-    assert [foot.radius for foot in bodies.feet] == [foot.radius for foot in robot.feet]
-    assert (maximal.Baumgarte.off().alpha, maximal.Baumgarte.off().beta) == (0.0, 0.0)
-    assert maximal.Baumgarte.by_step(1e-3).alpha == pytest.approx(1e3)
-    assert maximal.Baumgarte.by_step(1e-3).beta == pytest.approx(np.sqrt(2.0) * 1e3)
-    assert maximal.Baumgarte.constant() == maximal.Baumgarte.critical(5.0)
-    with refused(hp.errors.ParameterError, "step", 0.0):
-        maximal.Baumgarte.by_step(0.0)
-
-
 def test_what_cannot_be_computed_is_refused() -> None:
-    """By its URDF, or by its laws and ground."""
     slides = pendulum().replace("continuous", "prismatic")
     with refused(hp.errors.UrdfError, source="p", about=("'hinge'", "prismatic")):
         maximal.read_bodies(slides)
@@ -279,6 +96,10 @@ def test_what_cannot_be_computed_is_refused() -> None:
         maximal.read_bodies(pendulum().replace('<mass value="2"/>', '<mass value="0"/>'))
     with refused(hp.errors.UnknownNameError, kind="foot link", name="nofoot"):
         maximal.read_bodies(pendulum(), ["nofoot"])
+    by_step = maximal.Baumgarte.by_step(1e-3)
+    assert (by_step.alpha, by_step.beta) == pytest.approx((1e3, np.sqrt(2.0) * 1e3))
+    with refused(hp.errors.ParameterError, "step", 0.0):
+        maximal.Baumgarte.by_step(0.0)
     bodies = maximal.read_bodies(pendulum(), ["arm"])
     stiff = hp.Contact(
         normal=hp.contact.HuntCrossley(stiffness=1e5),
@@ -292,10 +113,8 @@ def test_what_cannot_be_computed_is_refused() -> None:
         )
 
 
-@pytest.mark.parametrize("kind", ["continuous", "fixed"])
-def test_an_origin_that_is_left_out_is_the_identity(kind: str) -> None:
-    """As URDF's specification says, of joints that turn and of fixed ones."""
-    text = pendulum().replace("continuous", kind)
+def test_an_origin_that_is_left_out_is_the_identity() -> None:
+    text = pendulum()
     given = text.replace('<origin xyz="0 0 0.5"/>', '<origin xyz="0 0 0" rpy="0 0 0"/>')
     left_out = text.replace('<origin xyz="0 0 0.5"/>', "")
     assert given.count("<origin") == left_out.count("<origin") + 1
@@ -305,10 +124,7 @@ def test_an_origin_that_is_left_out_is_the_identity(kind: str) -> None:
 
 
 def test_bearing_of_a_hanging_arm() -> None:
-    """Hanging still under its hinge, 3 cm aside along the axis: m g up, and m g 0.03 of tilting.
-
-    The arm's centre hangs at rest where x = 0.1 points down: angle 90 degrees about y.
-    """
+    """Hanging still under its hinge, 3 cm aside along the axis: m g up, and m g 0.03 of tilting."""
     bodies = maximal.read_bodies(pendulum())
     model = maximal.MaximalModel(bodies, root=maximal.RootConstraint.fixed())
     state = initial_state(model, np.r_[np.zeros(6), 1.0, np.pi / 2], np.zeros(7))
@@ -327,7 +143,6 @@ def test_bearing_of_a_hanging_arm() -> None:
 
 
 def test_reactions_balance_the_last_link() -> None:
-    """Newton and Euler for each tibia alone, about its centre, on a moving robot in contact."""
     scene = hp.Scene(hp.load_robot("kharagpur"), contact=hp.Contact.s1())
     twin, (q, v, torque) = maximal_twin(scene), pressed_states(scene, 1)[0]
     model = twin.model
@@ -346,3 +161,114 @@ def test_reactions_balance_the_last_link() -> None:
         moment = joint.moment + joint.drive * joint.axis + np.cross(arm, joint.force)
         moment += np.cross(point, push) - np.cross(spin, inertia @ spin)
         assert np.abs(moment - inertia @ found.acceleration[b, 3:]).max() < 1e-9
+
+
+CASES = vehicles.HARD_CASES
+
+
+def flight() -> tuple[maximal.MaximalModel, np.ndarray, np.ndarray, np.ndarray]:
+    robot, case = vehicles.hexa_ref(), CASES["HC14b_hexapod_flight"]["ref"]
+    model = maximal.MaximalModel(maximal.read_bodies(robot.urdf))
+    order = np.array([case["joint_order"].index(name) for name in model.bodies.joint_names])
+    roll, pitch = np.radians([4.0, -3.0]) / 2
+    turn = [
+        np.sin(roll) * np.cos(pitch), np.cos(roll) * np.sin(pitch), -np.sin(roll) * np.sin(pitch),
+        np.cos(roll) * np.cos(pitch),
+    ]  # fmt: skip
+    angles = np.tile([0.0, -0.3, 0.3], 6)[order]
+    rates = np.array(case["v0_joints"])[order]
+    return (
+        model, np.r_[0.0, 0.0, 1.0, turn, angles], np.r_[0.3, -0.2, 1.0, 2.0, -1.0, 3.0, rates],
+        order,
+    )  # fmt: skip
+
+
+def test_limp_hexapod_in_flight() -> None:
+    """HC14b: its 0.5 s state; energy and momentum to 1e-10, joints closed."""
+    model, q, v, order = flight()
+    case = CASES["HC14b_hexapod_flight"]["ref"]
+    run = maximal.integrate(
+        model, maximal.initial_state(model, q, v), 0.5, sample=0.25, rtol=3e-10, atol=3e-12
+    )
+    assert run.drift < 1e-12 and run.drift_rate < 1e-12
+    end = run.states[-1]
+    found = maximal.energy(model, end)
+    assert found.total == pytest.approx(case["energy"], rel=1e-10)
+    known = np.array(case["angular_momentum_about_com"])
+    assert np.linalg.norm(found.angular_momentum - known) < 1e-10 * np.linalg.norm(known)
+    assert found.center_of_mass == pytest.approx(case["com_0.5s"], abs=1e-10)
+    assert run.q[-1, :3] == pytest.approx(case["base_xyz_0.5s"], abs=1e-8)
+    sign = np.sign(run.q[-1, 6] * case["quat_xyzw_0.5s"][3])
+    assert sign * run.q[-1, 3:7] == pytest.approx(case["quat_xyzw_0.5s"], abs=1e-8)
+    # beyond half a turn too: the angles are counted on
+    assert run.q[-1, 7:] == pytest.approx(np.array(case["q_joints_0.5s"])[order], abs=1e-8)
+
+
+def test_laws_with_memory_equal_the_core() -> None:
+    """Restitution and bristles through touch-downs: touch speeds at the very moment, slip, lift."""
+    duration, rtol = 0.06, 1e-7
+    scene, start, posture = vehicles.drop(vehicles.hexa_ref())
+    contact = hp.Contact(
+        normal=hp.contact.Restitution(stiffness=1e5, restitution=0.5),
+        friction=hp.contact.StickSlip(mu=0.5, stiffness=5e3, damping=20.0),
+    )
+    scene = hp.Scene(scene.robot, contact=contact, servo=scene.servos, stops=scene.joint_stops)
+    twin, q, v = maximal_twin(scene), start.q.copy(), start.v.copy()
+    v[2] -= 0.3
+    state = maximal.initial_state(twin.model, twin.bodies_order(q, 7), twin.bodies_order(v, 6))
+    q[2] -= twin.model.gaps(0.0, state).min() - 2e-4
+    start, control = scene.robot.check_state(q, v), hp.HoldPosture(posture)
+    plan = SetPoints(control.plan(scene.robot, duration))
+
+    def wanted(time: float) -> tuple[np.ndarray, np.ndarray]:
+        q, v, _ = plan(time)
+        return q[twin.order], v[twin.order]
+
+    state = maximal.initial_state(twin.model, twin.bodies_order(q, 7), twin.bodies_order(v, 6))
+    run = maximal.integrate(
+        twin.model, state, duration, set_points=wanted, rtol=rtol, atol=1e-2 * rtol
+    )
+    trace = hp.simulate(
+        scene, control, duration=duration, sample=duration, initial=start, method="dop853",
+        accuracy=1e-9,
+    )  # fmt: skip
+    assert position_difference(twin.robot_order(run.q, 7), trace.q) < 1e-7
+
+
+@cache
+def drifting(
+    baumgarte: maximal.Baumgarte, projected: bool, step: float = 2e-3
+) -> maximal.MaximalRun:
+    model, q, v, _ = flight()
+    model.baumgarte = baumgarte
+    return maximal.integrate(
+        model, maximal.initial_state(model, q, v), 0.2, step=step, projected=projected
+    )
+
+
+def test_joints_drift_apart_and_are_closed_by_projection() -> None:
+    """Projection ends the drift; without, it is of the fourth order."""
+    preset = maximal.Baumgarte
+    off = drifting(preset.off(), False)
+    assert drifting(preset.by_step(2e-3), False).drift > 100.0 * off.drift
+    projected = drifting(preset.off(), True)
+    assert projected.drift < 1e-12 and projected.drift_rate < 1e-12
+    model = flight()[0]
+    first, last = (maximal.energy(model, projected.states[k]) for k in (0, -1))
+    turning = np.abs(last.angular_momentum - first.angular_momentum).max()
+    assert turning < 1e-8 * np.abs(first.angular_momentum).max()
+    coarse, fine = (drifting(preset.off(), False, step).drift for step in (4e-3, 2e-3))
+    assert np.log2(coarse / fine) == pytest.approx(4.0, abs=0.5)
+
+
+def test_what_cannot_be_integrated_is_refused() -> None:
+    """Alpha = beta = 4/h is beyond RK4's 2.78/h; times that do not fit."""
+    with refused(hp.errors.DivergenceError, about=("finite",)):
+        with np.errstate(all="ignore"):
+            drifting(maximal.Baumgarte.critical(4.0 / 2e-3), False)
+    model, q, v, _ = flight()
+    start = maximal.initial_state(model, q, v)
+    with refused(hp.errors.ParameterError, "sample or step", 0.3):
+        maximal.integrate(model, start, 1.0, step=0.3)
+    with refused(hp.errors.ParameterError, "duration", -1.0):
+        maximal.integrate(model, start, -1.0)
