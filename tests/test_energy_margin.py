@@ -4,22 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
+from scipy.spatial.transform import Rotation
 
 from hexapod_pin.results.stability_margins import edge_rise, nesm
 
 UP = np.array([0.0, 0.0, 1.0])
 SQUARE = np.array([[1.0, 1.0, 0.0], [-1.0, 1.0, 0.0], [-1.0, -1.0, 0.0], [1.0, -1.0, 0.0]])
-
-
-def turned(point: NDArray[np.float64], axis: NDArray[np.float64], angle: float) -> NDArray:
-    """Return a point turned about an axis through the origin (Rodrigues)."""
-    k = axis / np.linalg.norm(axis)
-    return (
-        point * np.cos(angle)
-        + np.cross(k, point) * np.sin(angle)
-        + k * np.dot(k, point) * (1.0 - np.cos(angle))
-    )
 
 
 def test_level_ground() -> None:
@@ -35,17 +26,22 @@ def test_level_ground() -> None:
         assert found == pytest.approx(d * d / (np.hypot(z, d) + z), rel=1e-12)
 
 
-@pytest.mark.parametrize("slope", [0.0, 0.2, -0.5, 1.0])
+@pytest.mark.parametrize("slope", [0.0, -0.5, 1.0])
 def test_sloping_edge_by_turning_about_it(slope: float) -> None:
     """The highest of all positions of a body that turns about the edge, found by trying them."""
     first, second = np.array([0.2, -0.3, 0.0]), np.array([0.25, 0.4, 0.7 * slope])
     com = np.array([0.0, 0.05, 0.15])
-    angles = np.linspace(-np.pi, np.pi, 200_001)
-    height = np.array([turned(com - first, second - first, a)[2] for a in angles[::50]])
-    best = angles[::50][height.argmax()]
-    fine = best + np.linspace(-2e-3, 2e-3, 401)
-    top = max(turned(com - first, second - first, a)[2] for a in fine)
-    expected = top - (com - first)[2]
+    axis = (second - first) / np.linalg.norm(second - first)
+
+    def height(angle: float) -> float:
+        return float(Rotation.from_rotvec(angle * axis).apply(com - first)[2])
+
+    angles = np.linspace(-np.pi, np.pi, 721)
+    best = angles[np.argmax([height(angle) for angle in angles])]
+    near = minimize_scalar(
+        lambda a: -height(a), bounds=(best - 0.01, best + 0.01), method="bounded"
+    )
+    expected = -near.fun - (com - first)[2]
     # 1e-5 rad beside the top costs 1e-10 / 2 of the arm
     assert edge_rise(first, second, com, UP) == pytest.approx(expected, abs=1e-9)
 
@@ -55,7 +51,6 @@ def test_outside_it_is_what_has_been_lost() -> None:
     z, d = 0.1, 0.05
     for x, expected in ((1.0, 0.0), (1.0 + d, z - np.hypot(z, d)), (1.0 - d, np.hypot(z, d) - z)):
         assert nesm(SQUARE, [x, 0.0, z]) == pytest.approx(expected, abs=1e-15)
-    z = 0.1
     assert nesm(np.zeros((0, 3)), [0.0, 0.0, z]) == -np.inf
     assert nesm([[0.3, 0.4, 0.0]], [0.0, 0.0, z]) == pytest.approx(z - np.hypot(z, 0.5))
     pair = [[-1.0, 0.2, 0.0], [1.0, 0.2, 0.0]]
@@ -64,20 +59,14 @@ def test_outside_it_is_what_has_been_lost() -> None:
 
 
 def test_what_changes_no_margin() -> None:
-    """Feet inside the polygon; the world turned or mirrored with gravity; samples together."""
-    with_inner = np.vstack([SQUARE, [[0.05, 0.0, 0.0]]])
-    com = np.array([0.0, 0.0, 0.3])
-    assert nesm(with_inner, com) == pytest.approx(float(nesm(SQUARE, com)), abs=1e-15)
     rng = np.random.default_rng(2)
     points, com = rng.normal(size=(5, 3)) * [0.3, 0.3, 0.05], np.array([0.02, -0.03, 0.2])
     before = nesm(points, com)
-    axis, gravity = np.array([1.0, 2.0, 0.3]), np.array([0.0, 0.0, -9.81])
-    world = [turned(x, axis, 0.4) for x in (*points, com, gravity)]
+    world = Rotation.from_rotvec([0.2, 0.4, 0.06]).apply([*points, com, (0.0, 0.0, -9.81)])
     after = nesm(world[:5], world[5], gravity=world[6])
     assert after == pytest.approx(float(before), abs=1e-14)
     mirror = np.array([1.0, -1.0, 1.0])
     assert nesm(points * mirror, com * mirror) == pytest.approx(float(before), abs=1e-15)
-    rng = np.random.default_rng(4)
     points, com = rng.normal(size=(30, 6, 3)) * [0.3, 0.3, 0.02], np.array([0.0, 0.0, 0.2])
     down = rng.random((30, 6)) < 0.7
     together = nesm(points, com, down)

@@ -9,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from refusals import refused
+from vehicles import block
 
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError
@@ -19,29 +20,13 @@ EXACT = 1e-15
 """Rounding of lengths below 1 m."""
 
 BALL = '<sphere radius="0.02"/>'
-CUBE = """solid cube
-facet normal 0 0 1
-outer loop
-vertex 0 0 0
-vertex 2 0 0
-vertex 0 4 0
-endloop
-endfacet
-facet normal 0 0 1
-outer loop
-vertex 0 0 6
-vertex 2 0 0
-vertex 0 4 0
-endloop
-endfacet
-endsolid cube
-"""
+FACET = "facet normal 0 0 1\nouter loop\n{}\nvertex 2 0 0\nvertex 0 4 0\nendloop\nendfacet\n"
+CUBE = f"solid cube\n{FACET.format('vertex 0 0 0')}{FACET.format('vertex 0 0 6')}endsolid cube\n"
 
 
 def with_trunk(
     tmp_path: Path, shapes: str, more: str = "", folders: Sequence[Path] = ()
 ) -> hp.Robot:
-    """Kharagpur with other shapes on its trunk than the drawn box, and more links."""
     text = hp.load_robot("kharagpur").urdf
     start = text.index("    <visual>")
     end = text.index("</visual>", start) + len("</visual>")
@@ -55,7 +40,6 @@ def collision(shape: str, xyz: str = "0 0 0", rpy: str = "0 0 0") -> str:
 
 
 def same_points(found: TrunkPoints, wanted: np.ndarray, atol: float = EXACT) -> None:
-    """As sets: sorted by their rounded coordinates."""
     assert found.points.shape == wanted.shape
     order = [np.lexsort(np.round(p, 9).T) for p in (found.points, wanted)]
     np.testing.assert_allclose(found.points[order[0]], wanted[order[1]], rtol=0, atol=atol)
@@ -66,19 +50,7 @@ def box_corners(size: tuple[float, ...]) -> np.ndarray:
     return np.stack(grid, axis=-1).reshape(-1, 3)
 
 
-@pytest.mark.parametrize("name", PAPER_ROBOTS)
-def test_built_in_robots_have_the_corners_of_their_table(name: str) -> None:
-    """Their trunk is drawn only, which is reported."""
-    found = trunk_points(hp.load_robot(name))
-    same_points(found, box_corners(PAPER_ROBOTS[name].trunk.size))
-    assert found.assumed == "the trunk is as large as it is drawn"
-    assert not found.radius.any()
-    lowest = found.names[int(np.argmin(found.points @ [1.0, 1.0, 1.0]))]
-    assert lowest == "base_link -x-y-z"
-
-
 def test_a_turned_and_shifted_collision_box(tmp_path: Path) -> None:
-    """Against Pinocchio's own reading of the shape; a part fixed to the trunk belongs to it."""
     shape = collision('<box size="0.3 0.2 0.1"/>', "0.01 -0.02 0.03", "0.1 0.2 0.3")
     part = (
         f'<link name="mast">{collision(BALL, "0 0 0.1")}'
@@ -96,19 +68,9 @@ def test_a_turned_and_shifted_collision_box(tmp_path: Path) -> None:
     assert found.assumed == ""
 
 
-def test_a_collision_shape_goes_before_the_drawn_one(tmp_path: Path) -> None:
-    drawn = '<visual><geometry><box size="1 1 1"/></geometry></visual>'
-    robot = with_trunk(tmp_path, drawn + collision('<box size="0.3 0.2 0.1"/>'))
-    same_points(trunk_points(robot), box_corners((0.3, 0.2, 0.1)))
-
-
 def test_a_cylinder_has_eight_points_on_each_rim(tmp_path: Path) -> None:
-    """Lying along x: pitched by a right angle."""
-    robot = with_trunk(
-        tmp_path,
-        collision('<cylinder radius="0.1" length="0.4"/>', "0 0 0", "0 1.5707963267948966 0"),
-    )
-    found = trunk_points(robot)
+    lying = collision('<cylinder radius="0.1" length="0.4"/>', rpy="0 1.5707963267948966 0")
+    found = trunk_points(with_trunk(tmp_path, lying))
     assert len(found) == 16
     np.testing.assert_allclose(np.abs(found.points[:, 0]), 0.2, atol=EXACT)
     np.testing.assert_allclose(np.hypot(*found.points[:, 1:].T), 0.1, atol=EXACT)
@@ -116,16 +78,20 @@ def test_a_cylinder_has_eight_points_on_each_rim(tmp_path: Path) -> None:
 
 
 def test_of_many_points_the_outermost_are_kept(tmp_path: Path) -> None:
-    """A small box inside a large one adds nothing that can touch first."""
+    """A small box inside a large one adds nothing; a drawn one counts where there is no other."""
+    drawn = trunk_points(hp.load_robot("kharagpur"))
+    same_points(drawn, box_corners(PAPER_ROBOTS["kharagpur"].trunk.size))
+    assert drawn.assumed == "the trunk is as large as it is drawn" and not drawn.radius.any()
+    assert drawn.names[int(np.argmin(drawn.points.sum(axis=1)))] == "base_link -x-y-z"
     outer, inner = '<box size="0.4 0.2 0.1"/>', '<box size="0.1 0.1 0.05"/>'
     shapes = collision(outer) + collision(inner) + collision(inner, "0.02 0 0")
+    shapes += '<visual><geometry><box size="1 1 1"/></geometry></visual>'
     found = trunk_points(with_trunk(tmp_path, shapes))
     same_points(found, box_corners((0.4, 0.2, 0.1)))
     assert found.assumed == "8 of 24 points kept"
 
 
 def test_a_mesh_is_its_bounding_box(tmp_path: Path) -> None:
-    """Scaled, and found beside the file, in a package above it or in a folder that is given."""
     elsewhere = tmp_path / "elsewhere"
     elsewhere.mkdir()
     for place, name in (tmp_path, "cube.stl"), (elsewhere, "far.stl"):
@@ -148,15 +114,7 @@ def test_without_a_usable_shape_the_trunk_is_a_box_around_the_hips(tmp_path: Pat
 
 
 def test_a_trunk_without_shape_and_hips_has_no_points(tmp_path: Path) -> None:
-    """And so no body contact."""
-    path = tmp_path / "block.urdf"
-    path.write_text(
-        '<robot name="block"><link name="body"><inertial><mass value="1"/><inertia ixx="1" '
-        'iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link><link name="foot">'
-        f'{collision(BALL)}</link><joint name="fix" '
-        'type="fixed"><parent link="body"/><child link="foot"/></joint></robot>'
-    )
-    robot = hp.load_robot(path, feet=["foot"])
+    robot = block(tmp_path, {"foot": (0.0, 0.0, 0.0)})
     assert trunk_points(robot).points.shape == (0, 3)
     with refused(ParameterError, "Scene.body_contact", True, about=("block",)):
         hp.Scene(robot, body_contact=True)
