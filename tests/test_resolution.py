@@ -76,6 +76,15 @@ def test_a_difference_that_grows_or_has_no_gain() -> None:
     assert next_level(slow[:2]) == 12 and next_level(slow) == 20
 
 
+def test_a_motion_that_amplifies_errors_needs_two_comparisons_within_the_accuracy() -> None:
+    first = Comparison(0, 4, 0.1, amplifies=True)
+    assert not first.kept and next_level([first]) == 8
+    assert Comparison(4, 8, 0.03, amplifies=True).after(first).kept
+    assert Comparison(4, 8, 0.1).after(Comparison(0, 4, 2.0)).kept  # the finer one knows its error
+    beyond = Comparison(4, 8, 0.5, amplifies=True).after(Comparison(0, 4, 2.0))
+    assert not beyond.kept and Comparison(8, 12, 0.1, amplifies=True).after(beyond).kept
+
+
 def test_a_finer_run_that_finds_far_more_events_is_not_accepted() -> None:
     """However near they are; the next run decides, be it as far apart."""
     found = Comparison(0, 8, 0.01, events=(5, 99))
