@@ -1,22 +1,40 @@
-"""Arguments of public calls: a wrong kind ends in one error that names call and argument."""
+"""Arguments of public calls: what is not allowed ends in one error that names call and argument."""
 
 from __future__ import annotations
 
+import importlib
 import inspect
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import random
+import re
+import typing
+from collections import abc
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 import pytest
+from fuzz import sound
+from fuzz.public_names import (
+    CONSTRUCTOR,
+    FUNCTION,
+    LEFT_OUT,
+    METHOD,
+    PublicCall,
+    members_of,
+    public_calls,
+)
 from numpy.typing import ArrayLike
 from public_surface import surface
 from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.arguments import checked, every_step
-from hexapod_pin.errors import ParameterError
+from hexapod_pin.errors import HexapodError, ParameterError
+from hexapod_pin.results import run_record
+from hexapod_pin.type_checks import _Unknown, type_hints
 
 SCENE = hp.Scene(hp.load_robot("kharagpur"))
 
@@ -35,66 +53,44 @@ def call(
     array: ArrayLike | None = None,
     choice: Literal["a", "b"] = "a",
     function: Callable[[], None] | None = None,
-    taken: Iterable[int] = (),
+    taken: abc.Iterable[int] = (),
     scene: hp.Scene | None = None,
 ) -> float:
-    """Return the number."""
     return number
 
 
 @pytest.mark.parametrize(
-    ("name", "value", "allowed"),
+    ("where", "value", "part", "allowed"),
     [
-        ("number", "1", "a float"), ("number", True, "a float"), ("number", float("nan"), "finite"),
-        ("number", float("-inf"), "finite"), ("number", 1j, "a float"), ("count", 1.0, "an int"),
-        ("count", False, "an int"), ("truth", 1, "a bool"), ("text", b"x", "a str"),
-        ("path", b"x", "a path"), ("path", "a\0b", "without a null character"),
-        ("several", "12", "a sequence"), ("several", 3.0, "a sequence"),
-        ("several", {1.0: 2.0}, "a sequence"), ("pair", (1.0,), "2 values"),
-        ("table", [1], "a mapping"), ("array", "12", "numbers"),
-        ("array", [[1.0], [1.0, 2.0]], "all rows of one length"), ("choice", "c", "'a', 'b'"),
-        ("function", 3, "callable"), ("taken", 3, "a sequence"), ("scene", "kharagpur", "a Scene"),
+        ("number", "1", "", "a float"), ("number", True, "", "a float"),
+        ("number", float("nan"), "", "finite"), ("count", 1.0, "", "an int"),
+        ("count", False, "", "an int"), ("truth", 1, "", "a bool"), ("text", b"x", "", "a str"),
+        ("path", b"x", "", "a path"), ("path", "a\0b", "", "without a null character"),
+        ("several", "12", "", "a sequence"), ("several", {1.0: 2.0}, "", "a sequence"),
+        ("several", [1.0, "3"], "[1]", "a float"), ("pair", (1.0,), "", "2 values"),
+        ("pair", ("x", "y"), "[0]", "a float"), ("table", [1], "", "a mapping"),
+        ("table", {"a": [1, 2.5]}, "[a][1]", "an int"), ("table", {3: [1]}, "[3]", "a str"),
+        ("array", "12", "", "numbers"), ("array", [[1.0], [1.0, 2.0]], "", "all rows of one length"),
+        ("choice", "c", "", "'a', 'b'"), ("function", 3, "", "callable"),
+        ("taken", [1, None], "[1]", "an int"), ("scene", "kharagpur", "", "a Scene"),
     ],
 )  # fmt: skip
-def test_a_wrong_kind_is_named(name: str, value: object, allowed: str):
+def test_a_wrong_kind_is_named_with_its_place(where: str, value: Any, part: str, allowed: str):
     with pytest.raises(ParameterError) as caught:
-        call(**{name: value})
-    assert caught.value.name == f"call.{name}"
-    assert caught.value.value is value
+        call(**{where: value})
+    assert caught.value.name == f"call.{where}{part}"
+    assert caught.value.value is value or part
     assert allowed in caught.value.allowed
-
-
-@pytest.mark.parametrize(
-    ("name", "value", "where"),
-    [
-        ("several", [1.0, 2.0, "3"], "call.several[2]"), ("pair", ("x", "y"), "call.pair[0]"),
-        ("table", {"a": [1, 2.5]}, "call.table[a][1]"), ("table", {3: [1]}, "call.table[3]"),
-        ("taken", [1, None], "call.taken[1]"),
-    ],
-)  # fmt: skip
-def test_a_wrong_part_is_named_with_its_place(name: str, value: object, where: str):
-    with pytest.raises(ParameterError) as caught:
-        call(**{name: value})
-    assert caught.value.name == where
-
-
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        ("number", 1), ("number", np.float32(1.0)), ("count", np.int64(2)),
-        ("truth", np.bool_(True)), ("path", Path("x")), ("several", np.array([1.0, 2.0])),
-        ("table", None), ("array", [[1, 2], [3, 4]]), ("array", np.inf), ("function", print),
-        ("taken", iter([1])), ("scene", SCENE),
-    ],
-)  # fmt: skip
-def test_what_will_do_is_passed_on(name: str, value: object):
-    assert call(**{name: value}) == (value if name == "number" else 0.0)
 
 
 def test_a_checked_call_is_otherwise_the_call_itself():
     """An iterator is not used up; Python's own errors, signature and documentation stay."""
+    assert call(1) == 1 and call(np.float32(1.0)) == 1.0
     numbers = iter([1, 2])
-    call(taken=numbers)
+    call(
+        count=np.int64(2), truth=np.bool_(True), path=Path("x"), several=np.array([1.0]),
+        array=np.inf, function=print, taken=numbers, scene=SCENE,
+    )  # fmt: skip
     assert list(numbers) == [1, 2]
     with refused(TypeError, about=("'numbre'",)):
         call(numbre=1.0)
@@ -102,138 +98,208 @@ def test_a_checked_call_is_otherwise_the_call_itself():
     assert "Run a scene under a controller" in (hp.simulate.__doc__ or "")
 
 
-NAMES_OF_CLASSES = {"State", "Scene", "Case", "Session", "HoldPosture", "KinematicControl"}
-
-
-def functions() -> list[str]:
-    """Return the names of all public functions."""
-    return [name for name, value in surface().items() if inspect.isfunction(value)]
-
-
-@pytest.mark.parametrize("name", [*functions(), *sorted(NAMES_OF_CLASSES)])
-def test_every_public_call_refuses_an_object_of_no_kind(name: str):
-    """The first argument that it requires is checked first."""
-    public = surface()[name]
-    required = [
-        parameter.name
-        for parameter in inspect.signature(public).parameters.values()
-        if parameter.default is parameter.empty and parameter.kind is not parameter.VAR_KEYWORD
-    ]
-    if required:
-        with pytest.raises(ParameterError) as caught:
-            public(**dict.fromkeys(required, object()))
-        assert caught.value.name == f"{public.__name__}.{required[0]}"
-
-
 METHODS = {
     "class method": (lambda: hp.robot.Segment.rod(None, 0.1, 0.01, (0.0, 1.0), 1.0, 1.0),
          "Segment.rod.mass"),
     "static method": (lambda: hp.Contact.preset([]), "Contact.preset.name"),
     "parameter set": (lambda: hp.Contact.s1().with_mu("x"), "Contact.with_mu.mu"),
-    "record": (lambda: hp.load_catalog().get(3), "Catalog.get.model"),
-    "path": (lambda: hp.load_catalog().save(b"x"), "Catalog.save.path"),
     "list for an array": (lambda: hp.motion.Sine(amplitude=1.0, period=1.0).value_and_rate([0.0]),
          "Sine.value_and_rate.time"),
     "ragged": (lambda: hp.Flat().height_at([[1.0, 2.0], [3.0]], 0.0), "height_at.x"),
     "shapes": (lambda: hp.Flat().height_at([1.0, 2.0], [1.0, 2.0, 3.0]), "height_at.x, y"),
+    "generator": (lambda: hp.motion.VelocityCommand(time=[0.0], forward=[0.1]).gaits(3),
+         "VelocityCommand.gaits.gait"),
 }  # fmt: skip
 
 
 @pytest.mark.parametrize("kind", METHODS)
 def test_a_method_names_the_argument_that_made_it_fail(kind: str) -> None:
     """Methods ended in bare TypeErrors, AttributeErrors and ValueErrors of NumPy."""
-    call, where = METHODS[kind]
+    method, where = METHODS[kind]
     with pytest.raises(ParameterError) as caught:
-        call()
+        method()
     assert where in caught.value.name
 
 
-def test_a_generator_checks_its_arguments_when_it_is_called() -> None:
-    command = hp.motion.VelocityCommand(time=[0.0], forward=[0.1])
-    with pytest.raises(ParameterError) as caught:
-        command.gaits(3)
-    assert caught.value.name == "VelocityCommand.gaits.gait"
+@checked
+class Own:
+    """Fails in ways of its own."""
+
+    def divide(self, by: float) -> float:
+        return 1.0 / by
+
+    @every_step
+    def step(self, by: float) -> float:
+        return 1.0 / by
+
+    def fail(self) -> float:
+        raise ValueError("own words")
+
+    def refuse(self) -> float:
+        raise ParameterError("by", 2.0, "another")
+
+    @property
+    def two(self) -> int:
+        return 2
+
+    def power(self, number: float, power: float = 1.0, names: Sequence[str] = ()) -> float:
+        if not names:
+            np.exp(np.asarray([number]))
+        return float(f"{number:g}") ** power
 
 
 def test_what_a_method_raises_itself_passes_unchanged() -> None:
     """Only a wrong argument is another error; what runs first is its cause."""
-
-    @checked
-    class Own:
-        def divide(self, by: float) -> float:
-            return 1.0 / by
-
-        @every_step
-        def step(self, by: float) -> float:
-            return 1.0 / by
-
-        def fail(self, by: float) -> float:
-            raise ValueError("own words")
-
-        def refuse(self, by: float) -> float:
-            raise ParameterError("by", by, "another")
-
-        @property
-        def two(self) -> int:
-            return 2
-
     own = Own()
     assert (own.divide(2.0), own.two) == (0.5, 2)
+    assert own.power(2.0, 2.0, np.array(["a"])) == 4.0  # an array of names that is not false
     with refused(ValueError, args=("own words",)):
-        own.fail(0.0)
+        own.fail()
+    with refused(ParameterError, "by"):
+        own.refuse()
     with refused(TypeError, about=("Own.divide", "'by'")):
         own.divide()  # type: ignore[call-arg]
-    with pytest.raises(ParameterError) as caught:
+    with refused(ParameterError, "Own.divide.by", __cause__=None):
         own.divide("x")  # type: ignore[arg-type]
-    assert caught.value.name == "Own.divide.by"
-    assert caught.value.__cause__ is None
-    with pytest.raises(ParameterError) as caught:
+    with refused(ParameterError, "Own.step.by") as caught:
         own.step("x")  # type: ignore[arg-type]
-    assert caught.value.name == "Own.step.by"
     assert isinstance(caught.value.__cause__, TypeError)
+
+
+@pytest.mark.parametrize(
+    ("given", "where", "value"),
+    [
+        ((0.0, -1.0), "number, power", (0.0, -1.0)), ((10.0, 1e9), "number, power", (10.0, 1e9)),
+        ((Fraction(1, 3),), "number", Fraction(1, 3)), ((2**70,), "number", 2**70),
+        ((1.0, 1.0, np.array([])), "names", None),
+    ],
+    ids=["division", "overflow", "a fraction", "beyond 64 bits", "an array of names"],
+)  # fmt: skip
+def test_what_cannot_be_computed_is_an_error_of_the_arguments(given, where, value) -> None:
     with pytest.raises(ParameterError) as caught:
-        own.refuse(2.0)
-    assert caught.value.name == "by"
+        Own().power(*given)
+    assert caught.value.name == f"Own.power.{where}"
+    assert value is None or caught.value.value == value
+    assert isinstance(caught.value.__cause__, ArithmeticError) is ("," in where)
 
 
-def fails(number: float, power: float = 1.0, names: Sequence[str] = ()) -> float:
-    """Fail on what its annotations allow."""
-    if not names:
-        np.exp(np.asarray([number]))
-    return float(f"{number:g}") ** power
+# every public call ----------------------------------------------------------------------------
+
+ROOMS = (
+    "robot drive control scene simulation results study interchange ground.contact ground.terrain"
+).split()
+
+AT_EVERY_STEP = {
+    "Command()", "Measurement()", "FootControl.update", "FirmwareControl.update",
+    "control.SensorReader.read", "control.LegGroup.joint_angles", "control.LegGroup.feet",
+}  # fmt: skip
+"""What a run calls at every step: checked where it is used, or when it has failed."""
+
+PATH = re.compile(r"[A-Za-z_]\w*(\.\w+|\[[^\]]*\])*(, \w+)*")
+"""What the name of a parameter looks like."""
 
 
-@checked
-class Fails:
-    """The same as a method."""
-
-    def fails(self, number: float, power: float = 1.0, names: Sequence[str] = ()) -> float:
-        """Call it."""
-        return fails(number, power, names)
-
-
-NOT_COMPUTED = {
-    "division": ((0.0, -1.0), "number, power", (0.0, -1.0)),
-    "overflow": ((10.0, 1e9), "number, power", (10.0, 1e9)),
-    "a fraction": ((Fraction(1, 3),), "number", Fraction(1, 3)),
-    "beyond 64 bits": ((2**70,), "number", 2**70),
-    "an array of names": ((1.0, 1.0, np.array([])), "names", None),
-}
-
-
-@pytest.mark.parametrize("name", NOT_COMPUTED)
-@pytest.mark.parametrize("public", [checked(fails), Fails().fails])
-def test_what_cannot_be_computed_is_an_error_of_the_arguments(public: Any, name: str) -> None:
-    given, where, value = NOT_COMPUTED[name]
-    with pytest.raises(ParameterError) as caught:
-        public(*given)
-    error = caught.value
-    assert error.name.removeprefix("Fails.") == f"fails.{where}"
-    assert value is None or error.value == value
-    by_arithmetic = isinstance(error.__cause__, ArithmeticError)
-    assert by_arithmetic == (name in ("division", "overflow"))
+@cache
+def calls() -> dict[str, PublicCall]:
+    """Return all public callables: those of the package, of its rooms, and the facts of a run."""
+    found = dict(public_calls())
+    classes = {one.owner for one in found.values() if one.kind == CONSTRUCTOR}
+    rooms = [(name, importlib.import_module(f"hexapod_pin.{name}")) for name in ROOMS]
+    places = [(prefix, room, name) for prefix, room in rooms for name in room.__all__]
+    facts = [one.__name__ for one in vars(run_record).values() if _is_a(one, run_record.Facts)]
+    for prefix, room, name in (*places, *(("run_record", run_record, one) for one in facts)):
+        value, dotted = getattr(room, name), f"{prefix}.{name}"
+        if inspect.isclass(value) and not typing.is_typeddict(value) and value not in classes:
+            classes.add(value)
+            found[f"{dotted}()"] = PublicCall(f"{dotted}()", CONSTRUCTOR, value)
+            found |= {one.name: one for one in members_of(value, dotted)}
+        elif inspect.isfunction(value) and value not in surface().values():
+            found[dotted] = PublicCall(dotted, FUNCTION, room, name)
+    return {
+        name: one for name, one in found.items()
+        if one.is_called and not _is_a(one.owner, BaseException | tuple)
+        and not getattr(one.owner, "_is_protocol", False)
+    }  # fmt: skip
 
 
-def test_an_array_that_is_not_false_is_a_list_of_names() -> None:
-    """Only a call that fails is explained."""
-    assert checked(fails)(2.0, 2.0, np.array(["a"])) == 4.0
+def _is_a(value: Any, kind: Any) -> bool:
+    return inspect.isclass(value) and issubclass(value, kind)
+
+
+def is_checked(one: PublicCall) -> bool:
+    """Tell whether the arguments of a call are checked before it runs."""
+    if one.kind == CONSTRUCTOR:
+        made = hasattr(one.owner, "__post_init__") or hasattr(one.owner, "model_fields")
+        return made or hasattr(one.owner.__init__, "__wrapped__")
+    return hasattr(one.target, "__wrapped__") or one.attribute.startswith("model_")
+
+
+def test_every_public_callable_is_checked() -> None:
+    """But for those that a run calls at every step."""
+    marked = {name for name, one in calls().items() if hasattr(one.target, "_every_step")}
+    assert marked == AT_EVERY_STEP
+    assert [name for name in calls().keys() - marked if not is_checked(calls()[name])] == []
+
+
+ODD: tuple[Any, ...] = (
+    True, 1.5, "1.5", None, {1: 2}, object(), [None], np.array("x"), np.zeros(2, complex),
+)  # fmt: skip
+
+
+def fits(kind: Any, value: Any, *, table: bool) -> bool:
+    """Tell whether a value may be of a type, by rules written anew; in doubt it is."""
+    origin, parts = typing.get_origin(kind), typing.get_args(kind)
+    if origin is typing.Annotated:
+        return fits(parts[0], value, table=table)
+    if parts and "nion" in getattr(origin, "__name__", str(origin)):
+        return any(fits(part, value, table=table) for part in parts)
+    plain = {
+        float: (float, int, np.number), int: (int, np.integer), bool: (bool,), str: (str,),
+        Path: (str, Path), type(None): (type(None),),
+    }  # fmt: skip
+    if kind in plain:
+        return isinstance(value, plain[kind]) and (kind is bool or not isinstance(value, bool))
+    if origin in (dict, abc.Mapping):
+        return isinstance(value, dict) and all(fits(parts[0], key, table=table) for key in value)
+    if origin in (tuple, list, abc.Sequence, abc.Collection, abc.Iterable):
+        items = isinstance(value, list) or (isinstance(value, np.ndarray) and value.ndim > 0)
+        return items and all(fits(parts[0], one, table=table) for one in value)
+    kind = origin or kind
+    if kind is np.ndarray:
+        return isinstance(value, int | float | list | np.ndarray)
+    unknown = getattr(kind, "_is_protocol", False) or kind is _Unknown
+    if unknown or not isinstance(kind, type) or not kind.__module__.startswith("hexapod_pin"):
+        return True
+    if table and hasattr(kind, "model_fields") and isinstance(value, dict):
+        return True
+    return isinstance(value, kind)
+
+
+def kinds(one: PublicCall) -> Iterator[tuple[str, Any]]:
+    """Yield the parameters of a call, with their types."""
+    fields = getattr(one.owner, "model_fields", {}) if one.kind == CONSTRUCTOR else {}
+    target: Any = one.owner.__init__ if one.kind == CONSTRUCTOR else one.target
+    hints = type_hints(target, one.owner if isinstance(one.owner, type) else None)
+    for name in one.odd_parameters():
+        yield name, hints.get(name, fields[name].annotation if name in fields else Any)
+
+
+@pytest.mark.parametrize("name", sorted(calls().keys() - AT_EVERY_STEP - set(LEFT_OUT)))
+def test_odd_arguments_end_in_one_error_that_names_a_path(name: str) -> None:
+    """What cannot be of an argument's type is refused; nothing ends in another exception."""
+    one = calls()[name]
+    instances = sound.instances(one.owner) if isinstance(one.owner, type) else [None]
+    if not instances and one.kind == METHOD:
+        return
+    own = instances[:1] if one.kind == METHOD else []
+    table, optional = hasattr(one.owner, "model_fields"), getattr(one.owner, "_may_be_none", ())
+    for argument, kind in kinds(one):
+        given = sound.arguments(one, random.Random(argument), (instances or [None])[0])
+        for value in ODD:
+            if fits(kind, value, table=table) or (value is None and argument in optional):
+                continue
+            with pytest.raises(HexapodError) as caught:
+                one.target(*own, **{**given, argument: value})
+                pytest.fail(f"{argument} = {value!r} is taken")
+            if isinstance(caught.value, ParameterError):
+                assert PATH.fullmatch(caught.value.name), caught.value

@@ -35,21 +35,16 @@ def walked(tmp_path_factory: pytest.TempPathFactory) -> SimpleNamespace:
         patch.chdir(folder)
         with pytest.raises(SystemExit) as exit_:
             main((*WALK, *SHORT, "--full"))
-    status = exit_.value.code
-    return SimpleNamespace(folder=folder, status=status, out=out.getvalue(), err=err.getvalue())
+    return SimpleNamespace(
+        folder=folder,
+        trace=folder / "walk.nc",
+        status=exit_.value.code,
+        out=out.getvalue(),
+        err=err.getvalue(),
+    )
 
 
-@pytest.fixture(scope="module")
-def trace_file(walked: SimpleNamespace) -> Path:
-    """The trace of that walk."""
-    path: Path = walked.folder / "walk.nc"
-    assert path.is_file(), walked.err
-    return path
-
-
-def test_walk_prints_its_table_and_leaves_the_trace_of_the_library(
-    walked: SimpleNamespace, trace_file: Path
-):
+def test_walk_prints_its_table_and_leaves_the_trace_of_the_library(walked: SimpleNamespace):
     """The command adds nothing: same samples, bit for bit."""
     assert (walked.status, walked.err) == (0, "")
     assert "stroke 0.05 m (as given)" in walked.out
@@ -61,45 +56,9 @@ def test_walk_prints_its_table_and_leaves_the_trace_of_the_library(
     scene = hp.Scene(hp.load_robot("kharagpur"))
     gait = hp.Gait.tripod(stroke=0.05, cycle_time=0.8)
     direct = hp.simulate(scene, hp.KinematicControl(gait), duration=3.2)
-    stored = hp.load_trace(trace_file)
+    stored = hp.load_trace(walked.trace)
     assert (stored.q == direct.q).all()
     assert (stored.torque == direct.torque).all()
-
-
-OWN_CONTROLLER = """
-import numpy as np
-import hexapod_pin as hp
-
-class Stand:
-    period = 0.01
-    def start(self, scene, batch):
-        return scene.robot.posture
-    def update(self, time, m, posture):
-        return hp.feedback.Command(np.tile(posture, (len(m.q), 1))), posture
-    def to_dict(self):
-        return {"kind": "stand-of-ones-own"}
-
-hp.register_controller("stand-of-ones-own", lambda data: Stand())
-"""
-
-
-def test_a_case_with_a_controller_of_ones_own(run: Run, tmp_path: Path) -> None:
-    (tmp_path / "own.py").write_text(OWN_CONTROLLER)
-    (tmp_path / "broken.py").write_text("1 / 0")
-    case = tmp_path / "case.toml"
-    hp.Case(hp.Scene(hp.load_robot("kharagpur")), hp.HoldPosture(), duration=0.1).save(case)
-    text = case.read_text()
-    begin = text.index("[controller]")
-    end = text.find("\n[", begin)
-    own = '[controller]\nkind = "stand-of-ones-own"\n'
-    case.write_text(text[:begin] + own + (text[end:] if end > 0 else ""))
-    unknown = run("run", "case.toml", "--no-html")
-    assert unknown.status == 2 and "stand-of-ones-own" in unknown.err
-    for file in ("none.py", "broken.py"):
-        refused = run("run", "case.toml", "--no-html", "--import", file)
-        assert refused.status == 2 and "--import" in refused.err and file in refused.err
-    assert run("run", "case.toml", "--no-html", "--import", "own.py").status == 0
-    assert hp.load_trace(tmp_path / "run.nc").time[-1] == pytest.approx(0.1)
 
 
 def test_a_saved_case_repeats_the_walk_to_the_bit(run: Run):
@@ -111,8 +70,6 @@ def test_a_saved_case_repeats_the_walk_to_the_bit(run: Run):
     case = hp.load_case("case.toml")
     assert hp.load_case(first) == hp.load_case(again) == case
     assert case.scene.contact.friction.mu == 0.6 and case.scene.servos.kp == 21.0
-    refused = run("run", "none.toml")
-    assert refused.status == 2 and "none.toml" in refused.err and refused.err.count("\n") == 1
 
 
 def test_degrees_on_the_command_line_are_radians_inside(run: Run):
@@ -154,22 +111,20 @@ def test_options_reach_the_scene(run: Run):
     assert set(trace.run.robot.foot_radius) == {0.01}
 
 
-def test_budget_prints_a_table_or_json(run: Run, trace_file: Path):
-    assert "femur" in run("budget", str(trace_file)).out
-    done = run("budget", str(trace_file), "--json")
+def test_budget_prints_a_table_or_json(run: Run, walked: SimpleNamespace):
+    trace = str(walked.trace)
+    assert "femur" in run("budget", trace).out
+    done = run("budget", trace, "--json")
     assert done.status == 0
-    assert json.loads(done.out) == hp.torque_budget(hp.load_trace(trace_file)).to_dict()
+    assert json.loads(done.out) == hp.torque_budget(hp.load_trace(trace)).to_dict()
 
 
-def test_check_lists_legs_feet_and_assumptions(run: Run):
+def test_check_lists_what_is_found_and_every_fault_of_a_file(run: Run, tmp_path: Path):
+    """Two planted faults are both named, on stderr, with status 2."""
     done = run("check", "kharagpur")
     assert (done.status, done.err) == (0, "")
     for text in ("18 move", "leg lf: lf_coxa_joint", "foot rr_foot: sphere", "assumed: "):
         assert text in done.out
-
-
-def test_check_names_every_fault_of_a_file(run: Run, tmp_path: Path):
-    """Two planted faults are both named, on stderr, with status 2."""
     sound = hp.urdf_path("kharagpur").read_text()
     faulty = sound.replace('<mass value="0.041"/>', '<mass value="-1"/>', 1)
     faulty = re.sub(
@@ -178,44 +133,31 @@ def test_check_names_every_fault_of_a_file(run: Run, tmp_path: Path):
     (tmp_path / "faulty.urdf").write_text(faulty)
     done = run("check", "faulty.urdf")
     assert (done.status, done.out) == (2, "")
-    assert "femur" in done.err
-    assert "rr_tibia_joint" in done.err
+    assert "femur" in done.err and "rr_tibia_joint" in done.err
 
 
 REFUSALS = {
     "unknown robot": (("walk", "spider"), "spider"),
-    "unknown robot to check": (("check", "nowhere.urdf"), "nowhere.urdf"),
     "unknown gait": (("walk", "kharagpur", "--gait", "gallop"), "gallop"),
-    "unknown contact": (("walk", "kharagpur", "--contact", "s3"), "s3"),
-    "unknown method": ((*WALK, "--method", "magic"), "magic"),
     "unknown foot": (("check", "kharagpur", "--feet", "left_shoe"), "left_shoe"),
     "no foot name": (("check", "kharagpur", "--feet", ","), "--feet"),
     "joints too slow": ((*WALK[:-4], "--cycle-time", "0.1"), "--cycle-time must be at least"),
-    "negative stroke": (("walk", "kharagpur", "--stroke", "-0.1"), "stroke"),
-    "duty too small": (("walk", "kharagpur", "--duty", "0.3"), "duty"),
-    "no cycle time": (("walk", "kharagpur", "--cycle-time", "0"), "--cycle-time"),
-    "negative friction": (("walk", "kharagpur", "--mu", "-1"), "mu"),
     "undamped stiffness": (
         ("walk", "kharagpur", "--kp", "1e7"),
         "--kp = 10000000.0: must be at most 2.4e+06 N m/rad where kd is 4.8 N m s/rad. Its time "
         "constant kd / kp is 4.8e-07 s, so hardly damped it swings so fast that a walk takes "
         "minutes: --kd 2e+05 damps it.",
     ),
-    "negative stiffness": (("walk", "kharagpur", "--kp", "-1"), "kp"),
-    "step of zero": ((*WALK, "--step", "0"), "step"),
+    "negative friction": (("walk", "kharagpur", "--mu", "-1"), "mu"),
     "endless duration": ((*WALK, "--duration", "inf"), "duration"),
     "no duration": ((*WALK, "--duration", "0"), "--duration = 0.0: must be above 0 s. Left out"),
     "short option": (
         ("walk", "kharagpur", "-o", "x"),
         "No such option: -o (Possible options: --out)",
     ),
-    "short option without value": (("repair", "a.urdf", "-o"), "Option '-o' requires an argument"),
     "no number": (("walk", "kharagpur", "--stroke", "wide"), "--stroke"),
     "missing trace": (("budget", "nowhere.nc"), "nowhere.nc"),
-    "missing trace to view": (("view", "nowhere.nc"), "nowhere.nc"),
     "missing folder": (("walk", "kharagpur", "--out", "gone/walk.nc"), "--out"),
-    "folder as file": (("walk", "kharagpur", "--html", "."), "--html"),
-    "one file for both": (("walk", "kharagpur", "--html", "walk.nc"), "walk.nc"),
 }
 
 
@@ -225,23 +167,17 @@ def test_refusal_is_one_message_with_status_2(run: Run, options: tuple[str, ...]
     done = run(*options)
     assert done.status == 2
     assert culprit in done.err
-    assert "Traceback" not in done.err
-    assert "Traceback" not in done.out
-    assert "wrote" not in done.out
+    assert "Traceback" not in done.err + done.out
     assert done.left == []
 
 
-@pytest.mark.parametrize("damage", ["cut", "noise", "empty"])
-def test_damaged_trace_is_refused_by_name(run: Run, trace_file: Path, tmp_path: Path, damage: str):
-    whole = trace_file.read_bytes()
-    content = {"cut": whole[: len(whole) // 2], "noise": b"walk" * 999, "empty": b""}[damage]
-    (tmp_path / "bad.nc").write_bytes(content)
-    for command in ("budget", "view"):
-        done = run(command, "bad.nc")
-        assert (done.status, done.out) == (2, "")
-        assert done.err.startswith("hexapod-pin: ")
-        assert "bad.nc" in done.err
-        assert "Traceback" not in done.err
+@pytest.mark.parametrize("command", ["budget", "view"])
+def test_damaged_trace_is_refused_by_name(run: Run, walked: SimpleNamespace, command: str):
+    whole = walked.trace.read_bytes()
+    Path("bad.nc").write_bytes(whole[: len(whole) // 2])
+    done = run(command, "bad.nc")
+    assert (done.status, done.out) == (2, "")
+    assert done.err.startswith("hexapod-pin: ") and "bad.nc" in done.err
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write anywhere")
@@ -255,9 +191,9 @@ def test_read_only_folder_is_refused_before_the_simulation(run: Run, tmp_path: P
 @pytest.mark.parametrize(
     ("kind", "status"), [(DivergenceError, 2), (SimulationInterrupted, 130)], ids=["2", "130"]
 )
-def test_run_that_ends_early_keeps_its_trace(run, monkeypatch, trace_file, kind, status):
+def test_run_that_ends_early_keeps_its_trace(run, monkeypatch, walked, kind, status):
     """Divergence and Ctrl-C save what was done, print where, and draw nothing."""
-    partial = hp.load_trace(trace_file)
+    partial = hp.load_trace(walked.trace)
 
     def simulate(*_: object, **__: object) -> hp.Trace:
         raise kind("stopped early", partial)
@@ -265,8 +201,7 @@ def test_run_that_ends_early_keeps_its_trace(run, monkeypatch, trace_file, kind,
     monkeypatch.setattr("hexapod_pin.simulation.case.run_case", simulate)
     done = run("walk", "kharagpur", "--out", "part.nc")
     assert done.status == status
-    assert done.err.startswith("hexapod-pin: stopped early")
-    assert "part.nc" in done.err
+    assert done.err.startswith("hexapod-pin: stopped early") and "part.nc" in done.err
     assert done.left == ["part.nc"]
     assert hp.load_trace("part.nc") == partial
 
@@ -306,17 +241,9 @@ def test_ctrl_c_before_the_simulation(run: Run, monkeypatch: pytest.MonkeyPatch)
 def test_help_and_version(run: Run):
     """Help texts are written out, so that `--help` imports nothing; the lists stand elsewhere."""
     done = run("--help")
-    assert done.status == 0
-    for command in ("walk", "view", "budget", "check"):
-        assert command in done.out
+    assert done.status == 0 and "budget" in done.out
     assert run("--version").out == f"hexapod-pin {hp.__version__}\n"
-    text = run("walk", "--help").out
-    assert "degrees" in text
-    listed = {
-        "walk": (*GAITS, *METHODS, *PRESETS),
-        "export": tuple(GAITS),
-        "bench": tuple(GAITS),
-    }
+    listed = {"walk": (*GAITS, *METHODS, *PRESETS), "export": tuple(GAITS), "bench": tuple(GAITS)}
     for command, names in listed.items():
         text = run(command, "--help").out
         for name in names:

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import random
-import re
 import signal
 import sys
-from collections.abc import Callable
 from pathlib import Path
 from typing import get_type_hints
 
 import pytest
 from fuzz import attempt, command_input, command_process, command_run
-from fuzz.command_door import odd_options
 from fuzz.command_input import (
     COMMANDS,
     DEFAULT_OUTPUTS,
@@ -21,14 +18,12 @@ from fuzz.command_input import (
     CommandInput,
     draw,
     lay_down,
-    sound_files,
+    odd_options,
 )
 from fuzz.shown import FaultFound
 from fuzz.values import ESCAPE
 from fuzz.watched_folder import HAZARDS, WatchedFolder
 
-import hexapod_pin.errors
-import hexapod_pin.stop_signals
 from hexapod_pin.errors import HexapodError
 
 SEEDS = (4, 8, 13, 14)
@@ -43,8 +38,7 @@ def test_odd_commands_end_as_documented_and_leave_others_files_alone(seed, monke
         monkeypatch.setattr(module, "PATIENCE", 300.0)
     monkeypatch.setattr(command_run, "LONGEST_WAIT", 600.0)
     outcome = attempt("command_process", seed)
-    assert outcome.kind in ("used", "refused"), f"{outcome.fault}\n{outcome.repeat}"
-    assert outcome.watched > 60 and outcome.changed == 0
+    assert outcome.kind in ("used", "refused"), outcome.fault
 
 
 def test_options_that_name_files_are_known():
@@ -63,27 +57,22 @@ def test_options_that_name_files_are_known():
         assert options == known, name
 
 
-def test_inputs_are_the_same_for_one_seed_and_differ_between_seeds(tmp_path: Path):
-    tree = WatchedFolder(tmp_path)
-    texts = [draw(random.Random(seed), tree).as_shell() for seed in (*range(40), *range(40))]
-    assert texts[:40] == texts[40:] and len(set(texts)) == 40
-    assert all(text.isascii() and text.isprintable() for text in texts)
-
-
-def test_all_that_is_to_be_drawn_is_drawn(tmp_path: Path):
+def test_all_that_is_to_be_drawn_is_drawn_and_the_same_for_one_seed(tmp_path: Path):
     """Streams, environments, limits, folders, signals, taken names, hostile content, traps."""
     tree = WatchedFolder(tmp_path)
     found = [draw(random.Random(seed), tree) for seed in range(600)]
+    again = [draw(random.Random(seed), tree) for seed in range(40)]
+    assert [one.words for one in again] == [one.words for one in found[:40]]
     assert {one.words[0] for one in found} >= {command[0] for command in COMMANDS}
     assert {kind for one in found for kind in one.streams[1:]} > {"closed", "full", "terminal"}
     assert {name for one in found for name, _ in one.limits} >= {"FSIZE", "NOFILE", "AS"}
     assert {number for one in found for _, number, _ in one.signals} == {
         signal.SIGINT, signal.SIGTERM, signal.SIGHUP}  # fmt: skip
-    shells = " ".join(shell for one in found for shell, _ in one.plants)
-    assert all(word in shells for word in ("ln -s", "mkfifo", "mknod", "chmod 555", "struct.py"))
     words = {word for one in found for word in one.words}
     assert ESCAPE in "".join(words) and "/dev/zero" in words and set(HAZARDS) & words
     assert any(one.gone for one in found) and any(one.umask == 0o777 for one in found)
+    assert sum(len(one.plants) for one in found) > 300
+    assert {name for name, *_ in COMMANDS} >= set(DEFAULT_OUTPUTS)
 
 
 @pytest.mark.parametrize("words", [["view", "~/x.nc"], ["verify", "--out=~/x.md"]])
@@ -97,14 +86,10 @@ def test_nothing_is_written_to_the_home_of_who_runs_the_campaign(words: list[str
 
 def judged(script: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, **given: object) -> str:
     """Return what is found of a script that runs in the place of a command; empty: nothing."""
-    sound = str(given.pop("sound", "pass"))
-    scripts = {"walk": script, "sound": sound}
-    monkeypatch.setattr(
-        command_run, "_program", lambda one: [sys.executable, "-c", scripts[one.words[0]]]
-    )
+    monkeypatch.setattr(command_run, "_program", lambda one: [sys.executable, "-c", script])
     monkeypatch.setattr("fuzz.command_input.sound_files", dict)
     tree = WatchedFolder(tmp_path / "tree")
-    one = CommandInput(["walk"], sound=["sound"], **given)  # type: ignore[arg-type]
+    one = CommandInput(["walk"], **given)  # type: ignore[arg-type]
     one.named = {tree.work / name for name in ("out.nc", "out.csv", "hard.nc", "linked.nc")}
     if one.promised:
         one.promised = {tree.work / "out.nc"}
@@ -112,7 +97,6 @@ def judged(script: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, **given
     try:
         command_process.judge(one, command_run.run(one, tree), tree)
     except FaultFound as fault:
-        assert fault.repeat.startswith("python -m hexapod_pin walk") or one.plants
         return str(fault)
     except HexapodError:
         return "refused"
@@ -140,23 +124,16 @@ PLANTED = {
         "open('../foreign/precious', 'w').write('1234')",
         "foreign/precious (size, modified, content)",
     ),
-    "writes the same again": (
-        "t = open('notes.txt').read(); open('notes.txt', 'w').write(t)",
-        "work/notes.txt (modified",
-    ),
     "through a link that it was to write": (
         "open('linked.nc', 'w').write('a')", "foreign/precious.nc ("),
     "in place of a link": (
         "import os; os.unlink('linked.nc'); open('linked.nc', 'w')", "work/linked.nc ("),
-    "through a hard link": ("open('hard.nc', 'w').write('a')", "foreign/precious.nc ("),
     "removes": ("import os; os.unlink('../home/.profile')", "home/.profile (is gone)"),
     "changes a mode": ("import os; os.chmod('notes.txt', 0o777)", "work/notes.txt (mode)"),
-    "a temporary file": ("open('.out.nc.hexapod-1-2.tmp', 'w')", "leaves files"),
     "a temporary file elsewhere": (
         "import os; open(os.environ['TMPDIR'] + '/a', 'w')",
         "leaves files that nobody named: tmp/a",
     ),
-    "a lock": ("open('study.db-lock', 'w')", "study.db-lock"),
     "a file that nobody named": ("open('more', 'w')", "leaves files that nobody named: work/more"),
     "runs the folder's own": ("import struct_", "work/RUN"),
     "a traceback": ("1 / 0", "prints a traceback, ZeroDivisionError"),
@@ -176,30 +153,14 @@ PLANTED = {
 
 @pytest.mark.parametrize(("script", "reported"), PLANTED.values(), ids=list(PLANTED))
 def test_a_planted_fault_is_found(script, reported, tmp_path, monkeypatch):
-    for name, value in (("PATIENCE", 0.3), ("LONGEST_WAIT", 1.5)):
-        monkeypatch.setattr(command_run, name, value)
-    monkeypatch.setattr(command_process, "PATIENCE", 0.3)
-    plants: list[tuple[str, Callable[[Path], None]]] = [("", trap)]
+    monkeypatch.setattr(command_run, "LONGEST_WAIT", 1.5)
+    monkeypatch.setattr(command_process, "PATIENCE", 0.15)
+    plants = [command_input._file("struct_.py", b'open("RUN", "w")')]
     assert reported in judged(script, tmp_path, monkeypatch, plants=plants)
 
 
-@pytest.mark.slow
-def test_a_command_that_is_slow_by_itself_is_no_fault(tmp_path, monkeypatch):
-    monkeypatch.setattr(command_process, "PATIENCE", 0.15)
-    compute = "import time\nwhile time.process_time() < {}: pass"
-    assert not judged(compute.format(0.25), tmp_path / "a", monkeypatch, sound=compute.format(0.2))
-    fault = judged(compute.format(0.45), tmp_path / "b", monkeypatch, sound=compute.format(0.2))
-    assert re.search(r"computes for 0\.[456]", fault)
-
-
-def test_the_sound_form_of_an_input():
-    """It writes the same kinds of files; a bench, of which 2 s are seven of computing, is short."""
-    found = CommandInput(["sweep", "study.toml"], sound=["sweep", "study.toml"])
-    for seed in range(20):
-        command_input._odd_output(found, random.Random(seed))
-    assert found.sound[:2] == ["sweep", "study.toml"]
-    written = {"--store=usual.db", "--out=usual.nc", "--plot=usual.png", "--report=usual.html"}
-    assert set(found.sound[2:]) == written
+def test_the_measured_part_of_a_bench_stays_short():
+    """2 s of it are seven of computing."""
     command = ["bench", "kharagpur", "--quick", "--duration", "0.02", "--rounds", "1"]
     drawn = [odd_options(command, random.Random(seed)) for seed in range(300)]
     assert len({words[1] for words in drawn}) > 5  # others are changed
@@ -208,47 +169,18 @@ def test_the_sound_form_of_an_input():
         assert set(given) == {value} and len(given) > 250
 
 
-@pytest.mark.parametrize(("at", "allowed"), [(0.01, True), (1.0, False)])
-def test_ctrl_c_in_pythons_own_start_is_no_fault(at: float, allowed: bool):
-    """Python ends with 1 then, or with 120 where it cannot print its traceback."""
-    given = CommandInput(["walk"], signals=[(at, signal.SIGINT, True)])
-    sent = frozenset({int(signal.SIGINT)})
-    for status in (1, 120):
-        ending = command_run.Ending(status, b"", b"", 0.05, sent, False, ())
-        assert (status in command_process._allowed(given, ending)) is allowed
-
-
-@pytest.mark.parametrize(
-    ("file", "allowed"),
-    [
-        ("/usr/lib/python3.11/urllib/parse.py", True),
-        ("/venv/lib/_editable_skbc_hexapod_pin.py", True),  # finds the package, for Python
-        (hexapod_pin.stop_signals.__file__, True), (hexapod_pin.errors.__file__, False),
-    ],
-)  # fmt: skip
-def test_a_traceback_of_pythons_own_start_shows_no_file_that_comes_later(file: str, allowed: bool):
-    given = CommandInput(["walk"], signals=[(0.02, signal.SIGINT, True)])
-    text = f'Traceback (most recent call last):\n  File "{file}", line 1\nKeyboardInterrupt\n'
-    sent = frozenset({int(signal.SIGINT)})
-    ending = command_run.Ending(1, b"", text.encode(), 0.05, sent, False, ())
-    assert (not list(command_process._faults_of_end(given, ending, False))) is allowed
-
-
 @pytest.mark.parametrize(
     ("words", "seconds", "slow"),
     [
-        (["sweep"], 4.9, False), (["sweep"], 5.1, True),
+        (["sweep"], 9.9, False), (["sweep"], 10.1, True),
         (["sweep", "--processes", "2"], 14.9, False), (["sweep", "--processes", "2"], 15.1, True),
     ],
 )  # fmt: skip
-def test_a_command_has_5_s_in_each_of_its_processes(words: list[str], seconds: float, slow: bool):
+def test_a_command_has_5_s_for_imports_and_in_each_of_its_processes(
+    words: list[str], seconds: float, slow: bool
+):
     ending = command_run.Ending(0, b"", b"", seconds, frozenset(), False, ())
-    assert command_process._is_slow(CommandInput(words), ending) is slow
-
-
-def trap(work: Path) -> None:
-    """Lay a module down that marks that it was run."""
-    (work / "struct_.py").write_text('open("RUN", "w")', encoding="utf-8")
+    assert command_process.is_slow(CommandInput(words), ending) is slow
 
 
 def test_a_file_that_was_promised_must_be_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
@@ -256,38 +188,27 @@ def test_a_file_that_was_promised_must_be_there(tmp_path: Path, monkeypatch: pyt
     assert "status 0, and there is no 'out.nc'" in found
 
 
-@pytest.mark.parametrize("kind", ["closed", "full", "leaves", "slow", "terminal", "file"])
-def test_streams_are_what_they_are_called(kind, tmp_path, monkeypatch):
-    """The script tells by its status how writing went."""
+@pytest.mark.parametrize(
+    ("kind", "said", "size"),
+    [
+        ("closed", b"9False", 0), ("full", b"28False", 0), ("leaves", b"32False", 10),
+        ("slow", b"False", 6000), ("terminal", b"True", 6000),
+    ],
+)  # fmt: skip
+def test_streams_are_what_they_are_called(kind, said, size, tmp_path, monkeypatch):
+    """The script tells how writing went."""
     script = """import os, time
-open('out.nc', 'w')
 try: os.write(1, b'x' * 3000); time.sleep(0.1); os.write(1, b'x' * 3000)
 except OSError as error: os.write(2, str(error.errno).encode())
 os.write(2, str(os.isatty(1)).encode())
 """
-    endings = []
-    run = command_run.run
-    monkeypatch.setattr(
-        command_run, "run", lambda *given: endings.append(run(*given)) or endings[-1]
-    )
-    assert judged(script, tmp_path, monkeypatch, streams=["", kind, ""], after=10) in (
-        "",
-        "refused",
-    )
-    [ending] = endings
-    wanted = {"closed": b"9False", "full": b"28False", "leaves": b"32False", "terminal": b"True"}
-    assert ending.err == wanted.get(kind, b"False")
-    sizes = {"closed": 0, "full": 0, "leaves": 10}
-    assert len(ending.out) == sizes.get(kind, 6000)
+    monkeypatch.setattr(command_run, "_program", lambda one: [sys.executable, "-c", script])
+    given = CommandInput(["walk"], streams=["", kind, ""], after=10)
+    ending = command_run.run(given, WatchedFolder(tmp_path / "tree"))
+    assert (ending.err, len(ending.out)) == (said, size)
 
 
 def test_signals_arrive_and_may_be_what_the_process_ends_with(tmp_path, monkeypatch):
     script = "import time\nwhile time.process_time() < 2: pass"
     signals = [(0.1, signal.SIGTERM, True)]
     assert judged(script, tmp_path, monkeypatch, signals=signals) == "refused"
-
-
-def test_sound_files_are_sound():
-    """Each command of the table is used with nothing odd around it."""
-    assert set(sound_files()) >= {"robot.urdf", "case.toml", "study.toml", "walk.nc", "done.db"}
-    assert all(name in dict.fromkeys(c[0] for c in COMMANDS) for name in DEFAULT_OUTPUTS)

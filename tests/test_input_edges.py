@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import pytest
 import tomli_w
-from conftest import Run
+from fuzz import material
 from page_data import PageData
 from refusals import ANY, refused
 from synthetic import synthetic_trace
@@ -36,10 +36,8 @@ GAIT = hp.Gait.tripod(stroke=0.03)
 
 DROPPED = object()
 VALUES = [
-    "", "x", "x" * 10_000, "\x1b]0;title\x07", 0, -1, 2**62, 1.5, 1e300, -1e300, 5e-324, math.nan,
-    -math.inf, math.inf, True, False, [], [1.0], ["a"], [[1.0]], {"kind": "x"}, {}, {"kind": []},
-    [{}], {"a": {"b": [1]}}, datetime.date(2020, 1, 1), datetime.datetime(2020, 1, 1),
-    datetime.time(1),
+    "", "x" * 10_000, "\x1b]0;title\x07", -1, 2**62, 1.5, 1e300, math.nan, math.inf, True, [],
+    ["a"], [[1.0]], {"kind": "x"}, {"kind": []}, [{}], datetime.date(2020, 1, 1),
 ]  # fmt: skip
 """Some of each type that TOML has; and none."""
 
@@ -61,22 +59,10 @@ def texts() -> dict[str, dict[str, Any]]:
         "arc": hp.Case(SCENE, hp.motion.ArcWalk(GAIT), duration=0.02),
         "hold": hp.Case(SCENE, hp.HoldPosture(), ROBOT.stand(), method="robust", step=1e-3),
     }
-    study = {
-        "schema": 1, "name": "a", "base": {
-            "robot": "kharagpur", "gait": {"name": "tripod", "stroke": 0.04, "cycle_time": 0.3},
-            "duration": 0.9, "accuracy": 1e-2, "contact": "accurate", "mu": 0.7, "kp": 20.0,
-            "kd": 0.5, "options": {"repair": False},
-        },
-        "vary": [
-            {"input": "payload", "values": [0.0, 0.5]},
-            {"input": "heading", "distribution": "uniform", "low": -1.0, "high": 1.0},
-        ],
-        "design": {"kind": "latin-hypercube", "samples": 4, "seed": 1},
-    }  # fmt: skip
     return {
         "scene": hp.Scene(ROBOT, terrain=stairs, loads=loads).to_dict(),
         **{name: read_toml(case.to_toml()) for name, case in cases.items()},
-        "study": study,
+        "study": read_toml(material.SHORT_STUDY),
     }
 
 
@@ -115,13 +101,13 @@ def changed(data: Any, path: tuple[Any, ...], value: Any) -> Any:
 def test_every_key_with_a_value_of_every_type(name: str) -> None:
     """It is read, or refused by an error that names the key or the table that it stands in.
 
-    Neighbouring keys take every third value in turn.
+    Neighbouring keys take every fourth value in turn.
     """
     data, read, found = texts()[name], READERS[name], []
     for number, path in enumerate(places(data)):
         if name != "scene" and path[0] == "scene":  # looked at once is enough
             continue
-        for value in (*VALUES[number % 3 :: 3], DROPPED):
+        for value in (*VALUES[number % 4 :: 4], DROPPED):
             try:
                 one = changed(data, path, value)
                 read(one if name == "feedback" else tomli_w.dumps(one))
@@ -130,22 +116,17 @@ def test_every_key_with_a_value_of_every_type(name: str) -> None:
                 assert error.name and error.allowed
             except HexapodError:
                 pass
-    assert len(found) > 50
+    assert len(found) > 30
 
 
 @pytest.mark.parametrize(
     ("path", "value", "name"),
     [
-        (("gravity",), 3, "scene.gravity"), (("gravity",), [0.0, "x", 0.0], "scene.gravity[1]"),
-        (("robot",), "kharagpur", "scene.robot"), (("robot", "feet"), [[1.0]], "robot.feet[0]"),
-        (("robot", "options"), {"repair": datetime.date(2020, 1, 1)}, "LoadOptions.repair"),
-        (("terrain",), [], "scene.terrain"), (("terrain", "kind"), [], "terrain.kind"),
-        (("loads",), {}, "scene.loads"), (("loads", 0, "kind"), {}, "loads[0].kind"),
-        (("loads", 0, "kind"), "anchor", "loads[0].kind"),
-        (("loads", 0, "mass"), DROPPED, "loads[0].mass"),
-        (("contact",), True, "scene.contact"), (("body_contact",), "yes", "scene.body_contact"),
-        (("schema",), 2, "scene.schema"), (("gravitation",), [0.0, 0.0, 0.0], "scene.gravitation"),
-        (("servo",), DROPPED, "scene.servo"),
+        (("gravity",), [0.0, "x", 0.0], "scene.gravity[1]"), (("schema",), 2, "scene.schema"),
+        (("robot", "feet"), [[1.0]], "robot.feet[0]"), (("terrain", "kind"), [], "terrain.kind"),
+        (("loads",), {}, "scene.loads"), (("loads", 0, "kind"), "anchor", "loads[0].kind"),
+        (("loads", 0, "mass"), DROPPED, "loads[0].mass"), (("servo",), DROPPED, "scene.servo"),
+        (("gravitation",), [0.0, 0.0, 0.0], "scene.gravitation"),
     ],
 )  # fmt: skip
 def test_a_scene_names_what_is_wrong(path: tuple[Any, ...], value: Any, name: str) -> None:
@@ -154,41 +135,19 @@ def test_a_scene_names_what_is_wrong(path: tuple[Any, ...], value: Any, name: st
 
 
 TEXTS = [
-    None, b"", b"schema = 1", 3, 1.0, True, [], {}, object(), "x", "\0", "[" * 100_000,
-    "a = " + "[" * 5000, "a = " + "{a=" * 300 + "1" + "}" * 300, "a = 1" + "0" * 10_000,
-    "a." * 50_000 + "b = 1", "[" + "a." * 50_000 + "b]", "x = {" + '"a".' * 50_000 + "b = 1}",
-    "x" * 1_000_000,
+    None, b"schema = 1", "x", "\0", "[" * 100_000, "a = " + "{a=" * 300 + "1" + "}" * 300,
+    "a = 1" + "0" * 10_000, "a." * 50_000 + "b = 1",
 ]  # fmt: skip
 
 
 @pytest.mark.parametrize("text", TEXTS, ids=lambda text: repr(text)[:12])
 def test_what_is_no_text_of_a_scene_is_refused(text: Any) -> None:
     """A key of 50 000 parts took 40 s."""
-    readers: list[Callable[[Any], Any]] = [hp.Scene.from_toml, hp.Case.from_toml]
     begin = time.process_time()
-    for read in (*readers, hp.study.SweepStudy.from_toml):
+    for read in (hp.Scene.from_toml, hp.Case.from_toml, hp.study.SweepStudy.from_toml):
         with pytest.raises(ParameterError):
             read(text)
     assert time.process_time() - begin < 10.0
-
-
-@pytest.mark.parametrize("path", [None, b"case.toml", 3, "", "a\0b", [], "/"])
-def test_what_is_no_path_of_a_case_is_refused(path: Any) -> None:
-    for read in (hp.load_case, hp.load_sweep):
-        with pytest.raises(ParameterError):
-            read(path)
-
-
-@pytest.mark.parametrize(
-    ("wrong", "named"),
-    [(b"\xff\xfe", "SCENE"), (b"", "scene.robot"), (b"gravity = 3", "scene"),
-     (b"a." * 50_000, "TOML text"), (b"\0", "TOML text")],
-)  # fmt: skip
-def test_bench_refuses_what_is_no_scene(run: Run, tmp_path: Path, wrong: bytes, named: str) -> None:
-    (tmp_path / "scene.toml").write_bytes(wrong)
-    done = run("bench", "scene.toml", "--quick")
-    assert done.status == 2 and named in done.err and "Traceback" not in done.err
-    assert done.left == ["scene.toml"]
 
 
 # checkpoints ----------------------------------------------------------------------------------
@@ -201,36 +160,28 @@ def stood() -> hp.results.Checkpoint:
 
 
 class Hold:
-    """Commands the posture at its ticks."""
+    """Commands the posture at its ticks, and remembers nothing."""
 
     period = 0.005
 
     def start(self, scene: hp.Scene, batch: int) -> None:
-        """Remember nothing."""
+        pass
 
-    def update(
-        self, time: float, m: hp.feedback.Measurement, state: Any
-    ) -> tuple[hp.feedback.Command, Any]:
-        """Return the posture."""
+    def update(self, time: float, m: hp.feedback.Measurement, state: Any) -> Any:
         return hp.feedback.Command(np.tile(ROBOT.posture, (len(m.q), 1)), ramp=True), state
 
 
-@pytest.mark.parametrize("late", [1e17, 1e300, 1e13, -1e17, -1e-3, math.nan, math.inf, "0", None])
+@pytest.mark.parametrize("late", [1e17, -1e-3, math.nan, "0"])
 def test_no_checkpoint_is_at_such_a_time(late: Any) -> None:
-    for make in (
-        lambda: replace(stood(), time=late),
-        lambda: hp.results.Checkpoint.from_dict({**stood().to_dict(), "time": late}),
-    ):
-        with pytest.raises(ParameterError) as caught:
-            make()
-        assert caught.value.name.lower() == "checkpoint.time"
+    with refused(ParameterError, "Checkpoint.time", late):
+        replace(stood(), time=late)
+    with refused(ParameterError, "checkpoint.time"):
+        hp.results.Checkpoint.from_dict({**stood().to_dict(), "time": late})
 
 
-@pytest.mark.parametrize("late", [1e9, 1e11, 1e12])
 @pytest.mark.parametrize(
-    "controller",
-    [hp.HoldPosture(), hp.KinematicControl(GAIT), Hold()],
-    ids=["hold", "walk", "tick"],
+    ("controller", "late"),
+    [(hp.HoldPosture(), 1e9), (hp.KinematicControl(GAIT), 1e9), (Hold(), 1e12)],
 )
 def test_a_run_does_not_begin_where_samples_do_not_advance_the_clock(controller, late):
     """It lost its samples, or was called diverged."""
@@ -273,10 +224,8 @@ def test_late_runs_have_all_their_samples(controller: Any) -> None:
 
 @pytest.mark.parametrize(
     ("until", "name"),
-    [(1e17, "until"), (1e300, "until"), (-1.0, "until"), (math.nan, "Session.advance.until"),
-     (math.inf, "Session.advance.until"), ("1", "Session.advance.until"),
-     (None, "Session.advance.until"), (True, "Session.advance.until")],
-)  # fmt: skip
+    [(1e17, "until"), (-1.0, "until"), (math.nan, "Session.advance.until")],
+)
 def test_a_session_does_not_advance_beyond_its_clock(until: Any, name: str) -> None:
     session = hp.Session(SCENE)
     with refused(ParameterError, name, until):
@@ -285,25 +234,22 @@ def test_a_session_does_not_advance_beyond_its_clock(until: Any, name: str) -> N
     assert session.time == 0.002
 
 
+def left(**given: Any) -> dict[str, Any]:
+    """Return what a loop of ticks has left."""
+    return {"state": None, "measured": 1, "commanded": 0, **given}
+
+
 @pytest.mark.parametrize(
     ("loop", "name", "value"),
     [
-        (3, "Checkpoint.loop", "int"),
         ([], "Checkpoint.loop", "list"),
-        ("x", "Checkpoint.loop", "str"),
         ({"state": None}, "initial.loop.measured", None),
-        ({"state": None, "measured": "x", "commanded": 0}, "initial.loop.measured", "x"),
-        ({"state": None, "measured": 1, "commanded": 0, "waiting": []},
-         "initial.loop.waiting", ANY),
-        ({"state": None, "measured": 2, "commanded": 2, "waiting": 3},
-         "initial.loop.waiting", "int"),
-        ({"state": None, "measured": 3, "commanded": 2, "waiting": [{}]},
-         "initial.loop.waiting[0].q", ()),
-        ({"state": None, "measured": 0, "commanded": 0, "waiting": []}, "initial.loop", ANY),
-        ({"state": None, "measured": -1, "commanded": -1, "waiting": []},
-         "initial.loop.measured", -1),
-        ({"state": None, "measured": 2**70, "commanded": 2**70, "waiting": []},
-         "initial.loop.measured", 2**70),
+        (left(waiting=[]), "initial.loop.waiting", ANY),
+        (left(measured=2, commanded=2, waiting=3), "initial.loop.waiting", "int"),
+        (left(measured=3, commanded=2, waiting=[{}]), "initial.loop.waiting[0].q", ()),
+        (left(measured=0, waiting=[]), "initial.loop", ANY),
+        (left(measured=-1, commanded=-1, waiting=[]), "initial.loop.measured", -1),
+        (left(measured=2**70, commanded=2**70, waiting=[]), "initial.loop.measured", 2**70),
     ],
 )  # fmt: skip
 def test_what_no_loop_has_left_is_refused(loop: Any, name: str, value: Any) -> None:
@@ -314,10 +260,8 @@ def test_what_no_loop_has_left_is_refused(loop: Any, name: str, value: Any) -> N
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("q", np.zeros((2, 3))), ("v", 1.0), ("contacts", np.zeros(6)), ("contacts", np.zeros((3, 4))),
-     ("impulse", np.zeros((1, 1))), ("command", np.zeros((2, 2))), ("q", np.zeros(3)),
-     ("contacts", np.zeros((2, 6)))],
-)  # fmt: skip
+    [("q", np.zeros(3)), ("v", 1.0), ("contacts", np.zeros((3, 4))), ("command", np.zeros((2, 2)))],
+)
 def test_arrays_of_a_checkpoint_that_fit_no_scene_are_refused(name: str, value: Any) -> None:
     with pytest.raises((ParameterError, StateError)) as caught:
         start = replace(stood(), **{name: value})
@@ -329,7 +273,6 @@ def test_arrays_of_a_checkpoint_that_fit_no_scene_are_refused(name: str, value: 
 
 WALK = synthetic_trace(duration=1.0)
 STILL = synthetic_trace(duration=0.0)
-EXTREMES = [1e300, 1e30, 1e7, -1.0, 0.0, 5e-324, 1e-10, math.nan, math.inf, True, "1", 1j, [1.0]]
 
 
 def assert_finite(page: Path) -> None:
@@ -348,49 +291,36 @@ def assert_finite(page: Path) -> None:
         assert np.isfinite(values).all()
 
 
-@pytest.mark.parametrize("name", ["force_scale"])
-@pytest.mark.parametrize("value", EXTREMES)
-def test_no_picture_has_such_a_scale(tmp_path: Path, name: str, value: Any) -> None:
-    page = tmp_path / "page.html"
-    for trace in (WALK, STILL):
-        for write in (hp.view.write_html, lambda one, *rest, **more: hp.view.write_side_by_side(
-            {"a": one}, *rest, **more
-        )):  # fmt: skip
-            with pytest.raises(ParameterError) as caught:
-                write(trace, page, **{name: value})
-            assert caught.value.name.rpartition(".")[2] == name
-    assert not page.exists()
-
-
 @pytest.mark.parametrize(
-    ("name", "values"),
-    [("force_scale", EXTREMES), ("speed", EXTREMES),
-     ("port", [-1, 70_000, 2**70, 1.5, math.nan, "1", True]), ("loop", [1, "yes"]),
-     ("duration", [-1.0, 1e300, math.nan, math.inf, "1", True])],
+    ("name", "value"),
+    [*(("force_scale", value) for value in (1e7, 0.0, 1e-10)), ("speed", 0.0), ("speed", 1e7),
+     ("port", -1), ("port", 70_000), ("duration", -1.0), ("duration", 1e300)],
 )  # fmt: skip
-def test_no_viewer_has_such_a_setting(name: str, values: list[Any]) -> None:
-    for value in values:
-        with pytest.raises(ParameterError) as caught:
-            hp.view.view(WALK, open_browser=False, **{"duration": 0.0, name: value})
-        assert caught.value.name.rpartition(".")[2] == name
+def test_no_viewer_and_no_picture_has_such_a_setting(name: str, value: Any, tmp_path: Path) -> None:
+    with refused(ParameterError, name, value):
+        hp.view.view(WALK, open_browser=False, **{"duration": 0.0, name: value})
+    for trace in (WALK, STILL) if name == "force_scale" else ():
+        with refused(ParameterError, name, value):
+            hp.view.write_html(trace, tmp_path / "page.html", force_scale=value)
+        with refused(ParameterError, name, value):
+            hp.view.write_side_by_side({"a": trace}, tmp_path / "page.html", force_scale=value)
+    assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("settings", [{"force_scale": 1e3}, {"force_scale": 1e-9}])
-def test_pages_at_the_ends_of_the_ranges_are_finite(tmp_path, settings):
-    page = tmp_path / "page.html"
-    force = np.full_like(WALK.foot_force, 1e150)
+@pytest.mark.parametrize("scale", [1e3, 1e-9])
+def test_pages_at_the_ends_of_the_ranges_are_finite(tmp_path: Path, scale: float) -> None:
+    page, force = tmp_path / "page.html", np.full_like(WALK.foot_force, 1e150)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        for trace in (WALK, STILL, replace(WALK, foot_force=force)):
-            hp.view.write_html(trace, page, **settings)
+        for trace in (STILL, replace(WALK, foot_force=force)):
+            hp.view.write_html(trace, page, force_scale=scale)
             assert_finite(page)
-            hp.view.write_side_by_side({"a": trace, "b": STILL}, page, **settings)
-            assert_finite(page)
+        hp.view.write_side_by_side({"a": WALK, "b": STILL}, page, force_scale=scale)
+        assert_finite(page)
 
 
-@pytest.mark.parametrize("polygons", [0, 1_000_000, 1e300, 2**70, True, "3"])
-def test_no_figure_has_so_many_polygons(tmp_path: Path, polygons: Any) -> None:
+@pytest.mark.parametrize("polygons", [0, 1_000_000])
+def test_no_figure_has_so_many_polygons(tmp_path: Path, polygons: int) -> None:
     pytest.importorskip("matplotlib")
-    name = "polygons" if type(polygons) is int else "write_mass_center_figure.polygons"
-    with refused(ParameterError, name, polygons):
+    with refused(ParameterError, "polygons", polygons):
         hp.view.write_mass_center_figure(WALK, tmp_path / "figure.png", polygons=polygons)

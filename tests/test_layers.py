@@ -1,9 +1,11 @@
-"""The layers hold for imports of every kind: in functions, for type checkers and by a string."""
+"""Layers hold for imports of every kind, also by a string; all modules of the wheel are reached."""
 
 from __future__ import annotations
 
 import ast
+import re
 import sys
+from fnmatch import fnmatch
 from functools import cache
 from pathlib import Path
 
@@ -25,30 +27,11 @@ IMPORTED_BY_NAME = {
 }
 """Modules that import a module of the package by a name that they compose."""
 
-PARSERS = {
-    "json.load", "json.loads", "parsed_toml", "tomllib.loads", "Case.from_toml", "Scene.from_toml",
-    "SweepStudy.from_toml",
-}  # fmt: skip
+FOUND_BY_NAME = ("hexapod_pin.benchmark.engines.*_engine", "hexapod_pin.validation.checks.*_checks")
+"""What `bench` and `verify` import so."""
 
-READERS = {
-    "hexapod_pin.benchmark.work_precision.scenes": "the scene's file that `bench` is given",
-    "hexapod_pin.file_schema": "JSON texts in files",
-    "hexapod_pin.results.run_record": "the case of a trace that was read from a file",
-    "hexapod_pin.results.summary": "a summary's file",
-    "hexapod_pin.results.trace_file": "a trace's file",
-    "hexapod_pin.simulation.case": "a case's file",
-    "hexapod_pin.spec": "TOML files of users",
-    "hexapod_pin.study.runs.measure": "the rows of a store",
-    "hexapod_pin.study.runs.outcome": "what a worker process returns",
-    "hexapod_pin.study.runs.store_schema": "a store's tables",
-    "hexapod_pin.study.runs.task": "the study that a worker process is given",
-    "hexapod_pin.study.runs.worker_main": "the task that a worker process is given",
-    "hexapod_pin.validation.case_result": "reference data",
-    "hexapod_pin.validation.cases.drop": "reference data",
-    "hexapod_pin.validation.cases.mirror": "that a checkpoint survives a file is what it tests",
-    "hexapod_pin.validation.cases.robots": "reference data",
-}
-"""Modules that parse a text, and where it comes from: no process parses what it wrote itself."""
+EVIDENCE = "studies|fuzz|oracles|random_scenes|rewriting"
+"""Packages of scripts/ and tests/ that no module of the wheel may import."""
 
 
 @pytest.fixture(scope="module")
@@ -117,29 +100,17 @@ def nodes(module: str) -> list[ast.AST]:
     return list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
 
 
-def dotted(node: ast.expr) -> str:
-    """Return a name with dots as written; what stands before its last dot may be any expression."""
-    if isinstance(node, ast.Name):
-        return node.id
-    return f"{dotted(node.value)}.{node.attr}" if isinstance(node, ast.Attribute) else ""
-
-
-@cache
-def calls(module: str) -> set[str]:
-    """Return the names that a module calls, as written."""
-    return {dotted(node.func) for node in nodes(module) if isinstance(node, ast.Call)}
+def names(module: str) -> set[str]:
+    """Return the names that a module imports, reads, or takes from a module."""
+    kinds = {ast.Name: "id", ast.alias: "name", ast.Attribute: "attr"}
+    return {getattr(node, kinds[type(node)]) for node in nodes(module) if type(node) in kinds}
 
 
 def test_modules_of_the_package_are_imported_by_name_in_few_places(modules: dict) -> None:
     """Packages that a user may not have are imported by their names in the engines of `bench`."""
-    engines = "hexapod_pin.benchmark.engines."
-    found = {
-        name for name in modules
-        if calls(name) & {"import_module", "importlib.import_module", "__import__"}
-        and not (name.startswith(engines) and name.endswith("_engine"))
-    }  # fmt: skip
-    assert found == set(IMPORTED_BY_NAME)
-    assert {name for name in modules if calls(name) & PARSERS} == set(READERS)
+    engine = re.compile(r"hexapod_pin\.benchmark\.engines\..*_engine")
+    found = {name for name in modules if names(name) & {"import_module", "__import__"}}
+    assert {name for name in found if not engine.fullmatch(name)} == set(IMPORTED_BY_NAME)
 
 
 RUNS_CASES = {
@@ -152,12 +123,6 @@ RUNS_CASES = {
 """What only the runner of studies may use, by the modules (or packages, with a dot) that may."""
 
 
-def names(module: str) -> set[str]:
-    """Return the names that a module imports or reads."""
-    kinds = {ast.Name: "id", ast.alias: "name"}
-    return {getattr(node, kinds[type(node)]) for node in nodes(module) if type(node) in kinds}
-
-
 def test_many_cases_are_run_in_one_way(modules: dict) -> None:
     """A study is a function of the runner: it opens no pool and no store of its own."""
     used = {module: names(module) & RUNS_CASES.keys() for module in modules}
@@ -166,17 +131,28 @@ def test_many_cases_are_run_in_one_way(modules: dict) -> None:
         assert users and all(user.startswith(tuple(allowed.split())) for user in users), name
 
 
-def test_data_without_a_type_crosses_few_borders(modules: dict) -> None:
-    """Public fields of classes that are tables of names and anything: the count may only fall."""
-    found = []
-    for module in modules:
-        for kind in nodes(module):
-            if isinstance(kind, ast.ClassDef) and not kind.name.startswith("_"):
-                found += [
-                    f"{module}: {kind.name}.{field.target.id}"
-                    for field in kind.body
-                    if isinstance(field, ast.AnnAssign)
-                    and isinstance(field.target, ast.Name)
-                    and "[str, Any]" in ast.unparse(field.annotation)
-                ]
-    assert len(found) <= 36, "\n".join(found)
+def test_every_module_of_the_wheel_is_reached_and_imports_no_evidence(modules: dict) -> None:
+    """From the package or a command; a package imports what its stub names when that is used."""
+    graph = {
+        name: {*module.all_imports, name.rpartition(".")[0]} for name, module in modules.items()
+    }
+    for stub in (ROOT / "hexapod_pin").rglob("__init__.pyi"):
+        package, text = ".".join(stub.parent.relative_to(ROOT).parts), stub.read_text("utf-8")
+        for place, given in re.findall(r"^from \.([\w.]*) import ([^(\n]*)", text, re.MULTILINE):
+            parts = [place] if place else re.findall(r"\w+", given)
+            graph[package] |= {f"{package}.{part}" for part in parts}
+    by_name = {place: [one for one in modules if fnmatch(one, place)] for place in FOUND_BY_NAME}
+    assert all(by_name.values())
+    commands = [one for one in modules if one.startswith("hexapod_pin.commands.")]
+    waiting = {"hexapod_pin", "hexapod_pin.__main__", *commands, *sum(by_name.values(), [])}
+    reached = {""}
+    while waiting:
+        module = waiting.pop()
+        reached.add(module)
+        waiting |= (graph[module] & {*modules, ""}) - reached
+    assert sorted(modules.keys() - reached) == []
+    for name in modules:
+        for node in nodes(name):
+            parts = [one.name for one in node.names] if isinstance(node, ast.Import) else []
+            parts += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+            assert not [one for one in parts if re.match(rf"({EVIDENCE})\b", one)], name

@@ -24,10 +24,9 @@ from typing import Any
 if __name__ == "__main__":  # in place of this folder
     sys.path[0] = str(Path(__file__).resolve().parents[1])
 
-from fuzz import DOORS, SELDOM, WEIGHTS, Outcome, run_campaign
-from fuzz.campaign import FAULT, REFUSED, USED
+from fuzz import DOORS, SELDOM, Outcome, run_campaign
+from fuzz.campaign import FAULT, REFUSED, USED, WEIGHTS
 from fuzz.command_process import run_one
-from fuzz.command_run import PATIENCE
 from fuzz.shown import FaultFound
 from hexapod_pin.errors import HexapodError
 from hexapod_pin.text_table import Table
@@ -48,19 +47,21 @@ def main(argv: Sequence[str] | None = None) -> int:
     given = parser.parse_args(argv)
     if given.again:
         return again(*given.again)
-    first, begin = (
-        given.seed if given.seed is not None else time.time_ns() // 1000,
-        time.monotonic(),
-    )
-    inputs = drawn(given.doors.split(","), given.inputs, given.commands, first)
+    first = given.seed if given.seed is not None else time.time_ns() // 1000
+    begin, inputs = time.monotonic(), drawn(given, first)
     if any(door in SELDOM for door, _ in inputs):
         write_byte_code(given.processes)
-    found = run_campaign(inputs, given.processes, _Progress(len(inputs)))
-    text = page(found, len(inputs), first, time.monotonic() - begin)
+    found = run_campaign(inputs, given.processes, _progress(len(inputs)))
+    faults = [outcome for outcome in found if outcome.kind == FAULT]
+    about = (
+        f"{len(found)} of {len(inputs)} inputs, seeds from {first}; "
+        f"{time.monotonic() - begin:.0f} s. {len(faults)} faults. Times are processor times."
+    )
+    text = page(about, found, faults)
     print(text)
     if given.page:
         given.page.write_text(text, encoding="utf-8")
-    return int(any(outcome.kind == FAULT for outcome in found))
+    return int(bool(faults))
 
 
 def write_byte_code(processes: int) -> None:
@@ -73,15 +74,18 @@ def write_byte_code(processes: int) -> None:
         compileall.compile_dir(folder, quiet=2, workers=processes, optimize=levels)
 
 
-def drawn(doors: Sequence[str], inputs: int, commands: int, first: int) -> list[tuple[str, int]]:
+def drawn(given: argparse.Namespace, first: int) -> list[tuple[str, int]]:
     """Return door and seed of each input, commands spread evenly among the others."""
-    unknown = sorted(set(doors) - set(DOORS))
-    if unknown:
-        sys.exit(f"no such doors: {', '.join(unknown)}; there are {', '.join(DOORS)}")
+    doors = given.doors.split(",")
+    if not set(doors) <= set(DOORS):
+        sys.exit(f"no such doors: {given.doors}; there are {', '.join(DOORS)}")
     found = list[tuple[float, str, int]]()
     for count, own in (
-        (inputs, [one for one in doors if one not in SELDOM for _ in range(WEIGHTS.get(one, 1))]),
-        (commands, [door for door in doors if door in SELDOM]),
+        (
+            given.inputs,
+            [one for one in doors if one not in SELDOM for _ in range(WEIGHTS.get(one, 1))],
+        ),
+        (given.commands, [door for door in doors if door in SELDOM]),
     ):
         for k in range(count if own else 0):
             found.append(((k + 0.5) / count, own[k % len(own)], first + k))
@@ -94,7 +98,7 @@ def again(door: str, seed: str) -> int:
     try:
         if door in SELDOM:
             ran = run_one(rng, keep=True)
-            print(f"{ran.given.as_shell()}\n{ran.ending}\nin {ran.folder}")
+            print(f"{ran.given}\n{ran.ending}\nin {ran.folder}")
             if ran.error is not None:
                 raise ran.error
         else:
@@ -107,60 +111,43 @@ def again(door: str, seed: str) -> int:
     return 0
 
 
-class _Progress:
-    """Shows progress on stderr."""
+def _progress(total: int) -> Any:
+    """Return what shows progress on stderr, and the first fault of each cause."""
+    counts, known = Counter[str](), set[tuple[str, str]]()
 
-    def __init__(self, total: int) -> None:
-        """Begin at none."""
-        self.total, self.done, self.faults = total, 0, 0
-        self.known = set[tuple[str, str]]()
+    def show(outcome: Outcome) -> None:
+        counts[outcome.kind] += 1
+        if outcome.kind == FAULT and (outcome.door, outcome.cause) not in known:
+            known.add((outcome.door, outcome.cause))
+            print(f"{outcome.door} {outcome.seed}: {outcome.fault}", file=sys.stderr, flush=True)
+        done = counts.total()
+        if done % 500 == 0 or done == total:
+            print(f"{done} of {total} inputs, {counts[FAULT]} faults", file=sys.stderr, flush=True)
 
-    def __call__(self, outcome: Outcome) -> None:
-        """Count an outcome; show the first of each cause."""
-        self.done += 1
-        if outcome.kind == FAULT:
-            self.faults += 1
-            if (outcome.door, outcome.cause) not in self.known:
-                self.known.add((outcome.door, outcome.cause))
-                text = f"{outcome.door} {outcome.seed}: {outcome.fault} {outcome.repeat}"
-                print(text, file=sys.stderr, flush=True)
-        if self.done % 500 == 0 or self.done == self.total:
-            text = f"{self.done} of {self.total} inputs, {self.faults} faults"
-            print(text, file=sys.stderr, flush=True)
+    return show
 
 
-def page(found: list[Outcome], requested: int, first: int, spent: float) -> str:
+def page(about: str, found: Sequence[Outcome], faults: Sequence[Outcome]) -> str:
     """Return the table of doors and the list of distinct faults."""
     rows = []
-    for door in DOORS:
+    for door in sorted({outcome.door for outcome in found}, key=list(DOORS).index):
         own = [outcome for outcome in found if outcome.door == door]
-        if not own:
-            continue
         kinds = Counter(outcome.kind for outcome in own)
         seconds = [outcome.seconds for outcome in own]
         counts = (str(kinds[kind]) for kind in (USED, REFUSED, FAULT))
         times = (f"{sum(seconds) / len(own):.3f}", f"{max(seconds):.2f}")
-        files = (str(sum(one.watched for one in own)), str(sum(one.changed for one in own)))
-        rows.append((door, str(len(own)), *counts, *times, *files))
-    head = ("door", "inputs", USED, REFUSED, FAULT, "mean [s]", "slowest [s]", "looks", "changed")
+        rows.append((door, str(len(own)), *counts, *times))
+    head = ("door", "inputs", USED, REFUSED, FAULT, "mean [s]", "slowest [s]")
     causes: dict[tuple[str, str], list[Outcome]] = {}
-    for outcome in found:
-        if outcome.kind == FAULT:
-            causes.setdefault((outcome.door, outcome.cause), []).append(outcome)
+    for outcome in faults:
+        causes.setdefault((outcome.door, outcome.cause), []).append(outcome)
     listed = [
-        (one[0].door, str(one[0].seed), str(len(one)), one[0].fault, one[0].repeat)
+        (one[0].door, str(one[0].seed), str(len(one)), one[0].fault)
         for one in sorted(causes.values(), key=len, reverse=True)
     ]
-    long = sum(one.seconds > PATIENCE and one.kind != FAULT for one in found)
-    about = (
-        f"{len(found)} of {requested} inputs, seeds from {first}; {spent:.0f} s. "
-        f"{sum(outcome.kind == FAULT for outcome in found)} faults. Times are processor times; "
-        f"looks are at files of others, after each input. {long} commands took more than "
-        f"{PATIENCE:g} s and are no faults: in several processes, or as long as the sound command."
-    )
-    faults = Table("Faults", ("door", "seed", "times", "what", "by hand"), listed)
-    parts = [Table("Doors", head, rows), *([faults] if listed else [])]
-    return "\n\n".join(["# Odd inputs", about, *(part.markdown() for part in parts)]) + "\n"
+    parts = [Table("Doors", head, rows).markdown()]
+    parts += [Table("Faults", ("door", "seed", "times", "what"), listed).markdown()] * bool(listed)
+    return "\n\n".join(["# Odd inputs", about, *parts]) + "\n"
 
 
 if __name__ == "__main__":

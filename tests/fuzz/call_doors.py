@@ -6,47 +6,47 @@ import copy
 import inspect
 import pickle
 import random
+from collections.abc import Callable
 from typing import Any
 
 import hexapod_pin as hp
 from fuzz import material, sound
-from fuzz.left_out import LONG_NUMBERS, reason_for_sound, walked
-from fuzz.public_names import COPIES, METHOD, PROPERTY, PublicCall, public_calls, public_classes
+from fuzz.public_names import (
+    CONSTRUCTOR,
+    COPIES,
+    LONG_NUMBERS,
+    METHOD,
+    PROPERTY,
+    PublicCall,
+    public_calls,
+    walked,
+)
 from fuzz.shown import FaultFound, described, is_wrong_call, require_finite, require_finite_data
-from fuzz.values import odd_other, odd_value
-from fuzz.watched_folder import hazard
+from fuzz.values import OTHERS, odd_value
+from fuzz.watched_folder import HAZARDS
 from hexapod_pin.errors import HexapodError
 from hexapod_pin.spec import Spec
 
 
+def public_call(rng: random.Random) -> None:
+    """Anything that can be called from outside, with one or two odd arguments."""
+    _call(public_calls()[rng.choice(walked())], rng)
+
+
 def parameters(rng: random.Random) -> None:
-    """A parameter set with odd fields; most others are as in a sound one."""
-    kind = rng.choice([kind for kind in public_classes() if issubclass(kind, Spec)])
-    sound_one = rng.choice(sound.instances(kind))
-    names = [name for name in kind.model_fields if name != "kind"]
-    fields = {name: getattr(sound_one, name) for name in names if rng.random() < 0.9}
-    odd = rng.sample(names, min(len(names), rng.choice((1, 1, 2, 5))))
-    str(kind(**{**fields, **{name: odd_value(rng) for name in odd}}))
-
-
-SIMULATED = ("duration", "accuracy", "torque_accuracy", "estimate", "method", "step", "sample",
-             "record", "initial", "progress", "limits", "allow")  # fmt: skip
+    """A parameter set with odd fields."""
+    calls = [call for call in public_calls().values() if call.kind == CONSTRUCTOR]
+    _call(rng.choice([call for call in calls if issubclass(call.owner, Spec)]), rng)
 
 
 def settings(rng: random.Random) -> None:
     """A run with odd settings."""
-    given = {"duration": 2e-3, **{name: odd_value(rng) for name in rng.sample(SIMULATED, 2)}}
-    given.setdefault("limits", hp.simulation.WorkLimits(evaluations=3e4, steps=1e4, memory=1e8))
-    if given["limits"] is None:
-        given["limits"] = hp.simulation.WorkLimits(evaluations=3e4, steps=1e4, memory=1e8)
-    hp.simulate(material.scene(), material.control(), **given)
+    _call(public_calls()["simulate"], rng)
 
 
-def public_call(rng: random.Random) -> None:
-    """Anything that can be called from outside, with one or two odd arguments."""
-    call = public_calls()[rng.choice(walked())]
+def _call(call: PublicCall, rng: random.Random) -> None:
     try:
-        _call(call, rng)
+        _called(call, rng)
     except (HexapodError, FaultFound):
         raise
     except Exception as error:
@@ -55,12 +55,15 @@ def public_call(rng: random.Random) -> None:
         raise FaultFound(f"{call.name}: {described(error)}") from error
 
 
-def _call(call: PublicCall, rng: random.Random) -> None:
+def _called(call: PublicCall, rng: random.Random) -> None:
     instance, changed = None, list[str]()
     if isinstance(call.owner, type):
         instance = rng.choice(sound.instances(call.owner))
-        if call.needs_instance and isinstance(instance, Spec) and rng.random() < 0.5:
-            instance = _changed(instance, rng)
+        needed = call.kind in (METHOD, PROPERTY, COPIES)
+        if needed and isinstance(instance, Spec) and rng.random() < 0.5:
+            name = rng.choice(list(type(instance).model_fields))
+            fields = {one: getattr(instance, one) for one in type(instance).model_fields}
+            instance = type(instance)(**{**fields, name: odd_value(rng)})
             changed = [repr(instance)]
     if call.kind == COPIES:
         _copied(instance)
@@ -73,26 +76,15 @@ def _call(call: PublicCall, rng: random.Random) -> None:
         _shown(call.target(*own, **given), *odd, *changed)
 
 
-def _changed(instance: Spec, rng: random.Random) -> Spec:
-    """Return a parameter set with one field changed."""
-    name = rng.choice(list(type(instance).model_fields))
-    fields = {one: getattr(instance, one) for one in type(instance).model_fields if one != "kind"}
-    return type(instance)(**{**fields, name: odd_value(rng)})
-
-
 def _make_odd(call: PublicCall, given: dict[str, Any], rng: random.Random) -> list[str]:
     """Make one or two arguments odd; return them as text."""
-    names = [
-        name for name, parameter in call.parameters().items()
-        if parameter.kind in (parameter.POSITIONAL_OR_KEYWORD, parameter.KEYWORD_ONLY)
-        and not reason_for_sound(call, name)
-    ]  # fmt: skip
+    names = call.odd_parameters()
     odd = rng.sample(names, min(len(names), rng.choice((0, 1, 1, 1, 2))))
     for name in odd:
         if name in ("path", "store", "folder") and rng.random() < 0.7:
-            given[name] = material.watched().work / hazard(rng)
+            given[name] = material.watched().work / rng.choice(HAZARDS)
         elif f"{call.name}.{name}" in LONG_NUMBERS:
-            given[name] = odd_other(rng)
+            given[name] = rng.choice(OTHERS)
         else:
             given[name] = odd_value(rng)
     return [repr(given[name]) for name in odd]
@@ -135,13 +127,15 @@ def height_field(rng: random.Random) -> None:
 
 def session(rng: random.Random) -> None:
     """Commands to a session."""
-    led = hp.Session(
-        material.scene(), accuracy=1e-3, limits=hp.simulation.WorkLimits(evaluations=3e4)
-    )
+    led = sound.session()
     given = {name: odd_value(rng) for name in ("q", "v", "torque", "ramp") if rng.random() < 0.4}
     led.command(**given)
     led.advance(rng.choice((1e-3, odd_value(rng))))
     led.measure()
+
+
+METHODS = ("extrapolated-euler", "ndf", "dop853", "robust", "implicit-euler", "rk4")
+"""Three that keep an accuracy, and three of a fixed step."""
 
 
 def extremes(rng: random.Random) -> None:
@@ -160,17 +154,17 @@ def extremes(rng: random.Random) -> None:
         gravity=(0.0, 0.0, -rng.choice((9.81, 9.81 * size))),
         loads=[hp.Payload("base_link", mass=rng.choice((0.1, size)), position=(0.0, 0.0, 0.1))],
     )
-    adaptive: dict[str, Any] = {
-        "accuracy": rng.choice((1e-3, 1e-6)),
-        "method": rng.choice(METHODS[:3]),
-    }
-    fixed: dict[str, Any] = {"step": rng.choice((1e-3, 1e-5)), "method": rng.choice(METHODS[3:])}
+    method: dict[str, Any] = {"method": rng.choice(METHODS)}
+    if method["method"] in METHODS[:3]:
+        method["accuracy"] = rng.choice((1e-3, 1e-6))
+    else:
+        method["step"] = rng.choice((1e-3, 1e-5))
     trace = hp.simulate(
-        scene, material.control(), duration=0.01, estimate=False,
-        limits=hp.simulation.WorkLimits(evaluations=3e4, steps=1e4, memory=1e8),
-        **rng.choice((adaptive, fixed)),
-    )  # fmt: skip
+        scene, material.walk(), duration=0.01, estimate=False, limits=material.LIMITS, **method
+    )
     require_finite_data(trace)
 
 
-METHODS = ("extrapolated-euler", "ndf", "dop853", "robust", "implicit-euler", "rk4")
+CALL_DOORS: tuple[Callable[[random.Random], None], ...] = (
+    parameters, settings, public_call, height_field, session, extremes,
+)  # fmt: skip

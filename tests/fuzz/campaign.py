@@ -18,12 +18,23 @@ from dataclasses import dataclass
 from typing import Any
 
 from fuzz import material
+from fuzz.call_doors import CALL_DOORS
+from fuzz.command_door import command_line
+from fuzz.command_process import command_process
 from fuzz.command_run import LONGEST_WAIT as LONGEST_COMMAND
 from fuzz.command_run import PATIENCE, processor_time
-from fuzz.doors import DOORS, SELDOM
+from fuzz.file_doors import FILE_DOORS
 from fuzz.shown import FaultFound, described, is_wrong_call
-from fuzz.watched_folder import LOOKS
 from hexapod_pin.errors import HexapodError, UserCodeError
+
+DOORS = {door.__name__: door for door in (*FILE_DOORS, *CALL_DOORS, command_line, command_process)}
+"""All doors by name: each draws one input from a seeded generator and pushes it through."""
+
+WEIGHTS = {"public_call": 6, "command_line": 2}
+"""How many inputs go to a door for each that goes to another: it stands for hundreds of calls."""
+
+SELDOM = ("command_process",)
+"""Doors whose inputs are processes of their own, which take half a second each."""
 
 LONGEST_WAIT = LONGEST_COMMAND + 60.0
 """An input that takes longer hangs, whether it computes or not [s]."""
@@ -48,28 +59,16 @@ USED, REFUSED, FAULT = "used", "refused", "FAULT"
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of an input.
+    """What became of an input: `kind` is `USED`, `REFUSED` or `FAULT`.
 
-    Attributes:
-        door: which it went through.
-        seed: that it was drawn from.
-        kind: `USED`, `REFUSED` or `FAULT`.
-        fault: what it was: the exception and where it was raised, or what was found.
-        repeat: how a fault can be repeated by hand, besides by door and seed.
-        seconds: processor time that it took [s].
-        watched: how many files of others were looked at.
-        changed: how many of them had changed.
-        slow: whether the fault is that it took too long, and nothing else.
+    `seconds` is the processor time that it took [s]; `slow` tells that the fault is only that.
     """
 
     door: str
     seed: int
     kind: str
     fault: str = ""
-    repeat: str = ""
     seconds: float = 0.0
-    watched: int = 0
-    changed: int = 0
     slow: bool = False
 
     @property
@@ -80,8 +79,8 @@ class Outcome:
 
 def attempt(door: str, seed: int) -> Outcome:
     """Try one input in this process, and look at the files of others."""
-    tree, looks, begin = material.watched(), LOOKS.files, _spent()
-    kind, fault, repeat, changed, slow = USED, "", "", 0, False
+    tree, begin = material.watched(), _spent()
+    kind, fault, slow = USED, "", False
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -92,19 +91,17 @@ def attempt(door: str, seed: int) -> Outcome:
     except HexapodError:
         kind = REFUSED
     except FaultFound as found:
-        kind, fault, repeat, changed = FAULT, str(found), found.repeat, len(found.changed)
-        slow = found.slow
+        kind, fault, slow = FAULT, str(found), found.slow
     except Exception as error:
         kind = REFUSED if is_wrong_call(error) else FAULT
         fault = described(error) if kind == FAULT else ""
-    spent, here = _spent() - begin, tree.changes(tree.hard_links)
-    watched = LOOKS.files - looks
-    if here or tree.changes():
+    spent, changed = _spent() - begin, tree.changes(tree.hard_links)
+    if changed or tree.changes():
         tree.accept()
-    if here:
+    if changed:
         kind, slow = FAULT, False
-        fault = f"changes a file of others: {'; '.join(here)}{f'; {fault}' if fault else ''}"
-    return Outcome(door, seed, kind, fault, repeat, spent, watched, changed + len(here), slow)
+        fault = f"changes a file of others: {'; '.join(changed)}{f'; {fault}' if fault else ''}"
+    return Outcome(door, seed, kind, fault, spent, slow)
 
 
 def _of_control(cause: BaseException | None) -> str:
@@ -117,8 +114,7 @@ def _of_control(cause: BaseException | None) -> str:
 
 def _spent() -> float:
     """Return the processor time of this process and of those that it has waited for [s]."""
-    times = os.times()
-    return times.user + times.system + times.children_user + times.children_system
+    return sum(os.times()[:4])
 
 
 def run_campaign(
@@ -126,13 +122,7 @@ def run_campaign(
     processes: int = 2,
     report: Callable[[Outcome], None] = lambda outcome: None,
 ) -> list[Outcome]:
-    """Try inputs, each in one of so many processes; those done before Ctrl-C are returned.
-
-    Args:
-        inputs: door and seed of each.
-        processes: at a time.
-        report: called with each outcome.
-    """
+    """Try inputs, door and seed of each, in processes; those done before Ctrl-C are returned."""
     waiting, found = list(reversed(inputs)), list[Outcome]()
     trials = Counter[tuple[str, int]]()
     doors = {door for door, _ in inputs} - set(SELDOM)
@@ -207,10 +197,9 @@ class _Worker:
         door, seed = self.task or ("", 0)
         self.end()
         self.task, self.lost = None, True
-        return Outcome(door, seed, FAULT, fault, seconds=PATIENCE, slow=slow)
+        return Outcome(door, seed, FAULT, fault, PATIENCE, slow)
 
     def end(self) -> None:
-        """End the process."""
         self._process.kill()
         self._process.join()
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import random
 import re
-import shlex
 import signal
 import stat
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -16,9 +16,8 @@ from typing import Any
 
 import hexapod_pin as hp
 from fuzz import material
-from fuzz.command_door import odd_options
-from fuzz.values import ESCAPE, odd_text
-from fuzz.watched_folder import WatchedFolder
+from fuzz.values import ESCAPE, NUMBERS, odd_text
+from fuzz.watched_folder import HAZARDS, WatchedFolder
 from hexapod_pin.drive.catalog.catalog import catalog_text
 
 COMMANDS: tuple[tuple[str, ...], ...] = (
@@ -29,6 +28,7 @@ COMMANDS: tuple[tuple[str, ...], ...] = (
     ("repair", "robot.urdf", "--out", "repaired.urdf"), ("contact", "s1"), ("contact", "s2"),
     ("budget", "walk.nc"), ("budget", "walk.nc", "--catalog-file", "motors.csv"),
     ("stability", "walk.nc"), ("compare", "case.toml", "--controllers", "conventional,slip"),
+    ("compare", "case.toml", "--bumps", "0.01", "--seeds", "1"),
     ("sweep", "study.toml"), ("sweep", "study.toml", "--store", "done.db", "--resume"),
     ("sweep", "study.toml", "--processes", "2"),
     ("select", "kharagpur", "motors.toml", "--quick", "--no-html", "--catalog", "motors.csv"),
@@ -38,7 +38,7 @@ COMMANDS: tuple[tuple[str, ...], ...] = (
     ("export", "walk.nc", "walk.mcap"), ("export", "walk.nc", "walk.csv.gz"),
     ("verify", "--only", "gait-form"), ("--version",), ("--help",), ("sweep", "--help"), ("view",),
 )  # fmt: skip
-"""Commands that end soon, with files that `SOUND` lays down. `view` stays until Ctrl-C."""
+"""Commands that end soon, with files of `sound_files`. `view` stays until Ctrl-C."""
 
 OUTPUTS: Mapping[str, tuple[str, ...]] = {
     "walk": ("--out", "--html", "--save-case"), "run": ("--out", "--html"), "repair": ("--out",),
@@ -85,12 +85,10 @@ TRACE_ENDINGS = (".nc", ".csv", ".h5", ".csv.gz")
 BESIDE = ("-lock", "-journal", "-wal", "-shm", ".lock", ".tmp")
 """What is put after the name of a file that is written, by this package or by SQLite."""
 
-STREAMS = ("closed", "full", "leaves", "slow", "terminal", "read-only", "never ready", "file")
+STREAMS = ("closed", "full", "leaves", "slow", "terminal")
 INPUT_STREAMS = ("closed", "waiting", "endless", "terminal")
-"""Not a folder: Python itself does not start with it."""
 
 ENVIRONMENTS: tuple[Mapping[str, str | None], ...] = (
-    {"LANG": "C", "LC_ALL": "C"},
     {"LC_ALL": "POSIX", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"},
     {"LANG": None, "PYTHONUTF8": "0"}, {"HOME": None}, {"HOME": "/dev/null/home"}, {"COLUMNS": "1"},
     {"COLUMNS": "x", "LINES": "-1"}, {"NO_COLOR": "1"}, {"FORCE_COLOR": "1"}, {"TERM": "dumb"},
@@ -109,8 +107,22 @@ LIMITS: tuple[tuple[str, int], ...] = (
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
+FIRST_SIGNAL = 0.2
+"""Processor time before which a signal meets Python itself, not yet the package [s]."""
+
 TRAPS = ("struct.py", "json.py", "random.py", "numpy.py", "sitecustomize.py", "hexapod_pin.py")
 """Modules in the working folder that nothing may import."""
+
+WORDS = (
+    "", "x", "nan", "-", "--", "a\0b", "é" * 300, "x/" * 3000, "~unknown/x", "/",
+    "/dev/null", ".", "..", "*", "1e-4", "0.01",
+)  # fmt: skip
+
+LEFT_OUT = {"--help", "--force", "--show", "--hard", "--all", "--engines", "--peers", "--rounds"}
+"""Options that ask for long work, or say what is said anyway."""
+
+STIFF = {"--kp", "--kd", "--duration", "--advise", "--contact", "--cycle-time"}
+"""Options of `bench` that make its references long work; what it is given of them stays."""
 
 
 @dataclass
@@ -122,24 +134,20 @@ class CommandInput:
         script: whether it is the console script; else `python -m hexapod_pin`.
         named: absolute paths that it is told to write, and does not read.
         promised: those that must be there where it ends with status 0.
-        plants: what is laid down in its folder: a shell's words and what does the same.
+        plants: what is laid down in its folder.
         streams: kind of stdin, stdout and stderr; empty: a plain one.
         after: bytes that a reader takes before it leaves or hurries.
-        environment: changes of it.
-        umask: of the process; None: as it is.
         gone: whether the working folder is removed.
-        limits: of the process.
         ignored: whether SIGINT is ignored when it starts.
         signals: processor time at which each is sent [s], and whether to all of its processes.
         exact: whether only what is named may be new: no word was changed at random.
-        sound: words of the command that it was made from, with the same kinds of outputs.
     """
 
     words: list[str]
     script: bool = False
     named: set[Path] = field(default_factory=set)
     promised: set[Path] = field(default_factory=set)
-    plants: list[tuple[str, Callable[[Path], object]]] = field(default_factory=list)
+    plants: list[Callable[[Path], object]] = field(default_factory=list)
     streams: list[str] = field(default_factory=lambda: ["", "", ""])
     after: int = 0
     environment: Mapping[str, str | None] = field(default_factory=dict)
@@ -149,41 +157,13 @@ class CommandInput:
     ignored: bool = False
     signals: list[tuple[float, int, bool]] = field(default_factory=list)
     exact: bool = True
-    sound: list[str] = field(default_factory=list)
-
-    def plant(self, shell: str, action: Callable[[Path], object]) -> None:
-        """Lay something down in the working folder."""
-        self.plants.append((shell, action))
-
-    def as_shell(self) -> str:
-        """Return a shell's words that do the same, in a folder with the sound files."""
-        program = "hexapod-pin" if self.script else "python -m hexapod_pin"
-        parts = [*(shell for shell, _ in self.plants)]
-        parts += [f"prlimit --{name.lower()}={value} --pid $$" for name, value in self.limits]
-        parts += [f"umask {self.umask:o}"] if self.umask is not None else []
-        parts += ["trap '' INT"] if self.ignored else []
-        parts += ["mkdir gone; cd gone; rmdir ../gone"] if self.gone else []
-        words = ["env"] if self.environment else []
-        for name, value in sorted(self.environment.items(), key=lambda item: item[1] is not None):
-            words.append(f"-u {name}" if value is None else f"{name}={value}")
-        words += [program, *(shlex.quote(word) for word in self.words)]
-        for name, kind in zip(("stdin", "stdout", "stderr"), self.streams, strict=True):
-            after = f" {self.after}" if kind in ("leaves", "slow", "never ready") else ""
-            words += [f"[{name}: {kind}{after}]"] if kind else []
-        for seconds, number, everyone in self.signals:
-            whom = " to all" if everyone else ""
-            words.append(f"[{signal.Signals(number).name} at {seconds:.2f} s of CPU{whom}]")
-        text = "; ".join([*parts, " ".join(words)])
-        return text.encode("unicode_escape", "surrogateescape").decode("ascii")
 
 
 @cache
 def sound_files() -> Mapping[str, bytes]:
     """Return the files that commands read: name and content."""
-    case = hp.Case(
-        material.scene(), material.control(), duration=3.9, accuracy=1e-3, estimate=False
-    )
-    walk = material.walk().save(material.new_file("nc")).read_bytes()
+    slow = hp.KinematicControl(hp.Gait.tripod(stroke=0.08, cycle_time=1.2))
+    case = hp.Case(material.scene(), slow, duration=3.9, method="robust", step=2e-3)
     records = [one for one in hp.load_catalog().records if one.model in ("AX-12A", "MX-106")]
     texts = {
         "robot.urdf": material.urdf_text(), "case.toml": case.to_toml(),
@@ -191,16 +171,46 @@ def sound_files() -> Mapping[str, bytes]:
         "motors.csv": catalog_text(tuple(records)), "controllers.py": "A = 1\n",
     }  # fmt: skip
     sound = {name: text.encode() for name, text in texts.items()}
+    walk = case.run().save(material.new_file("nc")).read_bytes()
     return {**sound, "walk.nc": walk, "done.db": material.store_bytes()}
+
+
+@cache
+def options() -> dict[str, list[str]]:
+    """Return the options of each command."""
+    import typer
+
+    from hexapod_pin.commands.app import app
+
+    group: Any = typer.main.get_command(app)
+    return {
+        name: [option for one in command.params for option in one.opts if option.startswith("--")]
+        for name, command in group.commands.items()
+    }
+
+
+def odd_options(command: Sequence[str], rng: random.Random) -> list[str]:
+    """Return a command with a few odd options more, and perhaps a word changed."""
+    name, *words = command
+    left_out = LEFT_OUT | STIFF if name == "bench" else LEFT_OUT
+    known = [one for one in options().get(name, ()) if one not in left_out]
+    for option in rng.sample(known, min(len(known), rng.choice((1, 1, 2, 3)))):
+        words.append(option)
+        if rng.random() < 0.8:
+            words.append(str(rng.choice(rng.choice((NUMBERS, WORDS, HAZARDS)))))
+    if words and rng.random() < 0.2:
+        k = rng.randrange(len(words))
+        if k == 0 or words[k - 1] not in left_out:
+            words[k] = odd_text(words[k], rng)
+    return [name, *words]
 
 
 def draw(rng: random.Random, tree: WatchedFolder) -> CommandInput:
     """Draw an input for a tree, whose working folder holds `sound_files`."""
     command = list(rng.choice(COMMANDS))
-    found = CommandInput(command, script=rng.random() < 0.6, sound=list(command))
+    found = CommandInput(command, script=rng.random() < 0.6)
     if rng.random() < 0.35:
-        odd = odd_options(command, rng)
-        found.exact, found.words = False, odd
+        found.exact, found.words = False, odd_options(command, rng)
     if command[0] in OUTPUTS and rng.random() < 0.5:
         _odd_output(found, rng)
     if rng.random() < 0.25:
@@ -210,8 +220,7 @@ def draw(rng: random.Random, tree: WatchedFolder) -> CommandInput:
     if rng.random() < 0.2:
         _odd_content(found, rng)
     if found.script and rng.random() < 0.2:
-        for name in rng.sample(TRAPS, 2):
-            found.plant(f'echo \'open("RUN", "w")\' > {name}', _trap(name))
+        found.plants += [_file(name, b'open("RUN", "w")\n') for name in rng.sample(TRAPS, 2)]
     _odd_process(found, rng)
     _name_outputs(found, tree)
     return found
@@ -237,14 +246,14 @@ def _odd_process(found: CommandInput, rng: random.Random) -> None:
         found.umask = rng.choice((0o777, 0, 0o077))
     if rng.random() < 0.15:
         found.limits = [rng.choice(LIMITS)]
-    if rng.random() < 0.08:
-        found.gone = True
-    elif rng.random() < 0.08:
-        found.plant("chmod 555 .", lambda work: work.chmod(0o555))
+    found.gone = rng.random() < 0.08
+    if not found.gone and rng.random() < 0.08:
+        found.plants.append(lambda work: work.chmod(0o555))
     found.ignored = rng.random() < 0.1
     if rng.random() < 0.2:
         for _ in range(rng.choice((1, 1, 1, 2))):
-            found.signals.append((rng.uniform(0.0, 1.5), rng.choice(SIGNALS), rng.random() < 0.3))
+            at, number = rng.uniform(FIRST_SIGNAL, 1.5), rng.choice(SIGNALS)
+            found.signals.append((at, number, rng.random() < 0.3))
         found.signals.sort()
 
 
@@ -254,23 +263,18 @@ def _odd_output(found: CommandInput, rng: random.Random) -> None:
     option = rng.choice(OUTPUTS[name])
     endings = ENDINGS.get(f"{name} {option}", ENDINGS.get(option, TRACE_ENDINGS))
     ending = rng.choice(endings) if rng.random() < 0.9 else rng.choice(("", ".txt", "."))
-    path = rng.choice(_odd_names(ending)) if rng.random() < 0.4 else f"out{ending}"
-    if path == f"out{ending}":
-        _take(found, path, rng)
-    elif rng.random() < 0.2:
-        path = rng.choice(list(sound_files()))
-    found.words = _with_option(found.words, option, path, rng)
-    if option == "OUT":  # its ending is the format, and one takes longer than another
-        usual = f"usual{ending if ending in endings else endings[0]}"
-        found.sound = _with_option(found.sound, option, usual, rng)
+    path = f"out{ending}"
+    if rng.random() < 0.4:
+        path = rng.choice((*_odd_names(ending), *sound_files()))
     else:
-        found.sound.append(f"{option}=usual{endings[0]}")
+        found.plants.append(_taken(path, rng))
+    found.words = _with_option(found.words, option, path, rng)
 
 
 def _odd_names(ending: str) -> tuple[str, ...]:
     """Return names that a file may have, or may not."""
     return (
-        f"{ESCAPE}{ending}", f"a\\nb{ending}".replace("\\n", "\n"), f"\udcff\udc80{ending}",
+        f"{ESCAPE}{ending}", f"a\nb{ending}", f"\udcff\udc80{ending}",
         f"-x{ending}", f"--help{ending}", f"=HYPERLINK(1){ending}", f"{'é' * 100}{ending}",
         f"{'x' * 250}{ending}", f"{'x/' * 3000}x{ending}", f"linked_folder/x{ending}", f" {ending}",
         f"no/such/x{ending}", f"~/x{ending}", f"~nobody-here/x{ending}", "", ".", "..", "/", "~",
@@ -280,36 +284,25 @@ def _odd_names(ending: str) -> tuple[str, ...]:
     )  # fmt: skip
 
 
-def _take(found: CommandInput, path: str, rng: random.Random) -> None:
-    """Put something that is no plain file of the user's at a path in the working folder."""
-    shell, action = rng.choice(_TAKEN)
-    found.plant(shell.format(shlex.quote(path)), lambda work: action(work / path))
+def _file(name: str, content: bytes, mode: int = 0o644) -> Callable[[Path], object]:
+    def write(work: Path) -> None:
+        (work / name).write_bytes(content)
+        (work / name).chmod(mode)
+
+    return write
 
 
-def _link(target: str) -> Callable[[Path], object]:
-    return lambda path: path.symlink_to(target)
-
-
-def _read_only(path: Path) -> None:
-    path.write_text("mine\n", encoding="utf-8")
-    path.chmod(0o400)
-
-
-def _device(minor: int) -> Callable[[Path], object]:
-    return lambda path: os.mknod(path, stat.S_IFCHR | 0o666, os.makedev(1, minor))
-
-
-_TAKEN: tuple[tuple[str, Callable[[Path], object]], ...] = (
-    ("ln -s ../foreign/precious {}", _link("../foreign/precious")),
-    ("ln -s ../foreign/not_there {}", _link("../foreign/not_there")),
-    ("ln -s ../foreign/below {}", _link("../foreign/below")),
-    ("ln -s /dev/full {}", _link("/dev/full")),
-    ("ln -s loop.nc {}", _link("loop.nc")), ("mkfifo {}", os.mkfifo), ("mkdir {}", Path.mkdir),
-    ("ln ../foreign/keys.txt {}",
-     lambda path: path.hardlink_to(path.parent.parent / "foreign/keys.txt")),
-    ("mknod {} c 1 3", _device(3)), ("mknod {} c 1 7", _device(7)), ("chmod 400 {}", _read_only),
-    ("echo mine > {}", lambda path: path.write_text("mine\n", encoding="utf-8")),
-)  # fmt: skip
+def _taken(name: str, rng: random.Random) -> Callable[[Path], object]:
+    """Return what puts something that is no plain file of the user's at a path."""
+    targets = ("../foreign/precious", "../foreign/not_there", "../foreign/below", "/dev/full", name)
+    device = rng.choice((3, 7))
+    return rng.choice((
+        *(lambda work, to=to: (work / name).symlink_to(to) for to in targets),
+        lambda work: os.mkfifo(work / name), lambda work: (work / name).mkdir(),
+        lambda work: (work / name).hardlink_to(work.parent / "foreign/keys.txt"),
+        lambda work: os.mknod(work / name, stat.S_IFCHR | 0o666, os.makedev(1, device)),
+        _file(name, b"mine\n"), _file(name, b"mine\n", 0o400),
+    ))  # fmt: skip
 
 
 def _with_option(words: list[str], option: str, value: str, rng: random.Random) -> list[str]:
@@ -325,23 +318,19 @@ def _with_option(words: list[str], option: str, value: str, rng: random.Random) 
 def _odd_input(found: CommandInput, rng: random.Random) -> None:
     """Put something else where a file is read, or a sound one under an odd name."""
     sound = [k for k, word in enumerate(found.words) if word in sound_files()]
-    options = INPUTS.get(found.words[0], ())
-    if not sound or (options and rng.random() < 0.3):
-        if options:
-            path = rng.choice(("controllers.py", "motors.csv", *_ENDLESS))
-            found.words = _with_option(found.words, rng.choice(options), path, rng)
-        return
-    k = rng.choice(sound)
-    before, ending = found.words[k], Path(found.words[k]).suffix
-    if rng.random() < 0.6:
-        found.words[k] = rng.choice((*_ENDLESS, *sound_files()))
-        return
-    name = rng.choice([one for one in _odd_names(ending) if len(one) < 200 and "/" not in one])
-    if name in ("", ".", "..", "~", ending):
-        return
-    found.words[k] = name
-    content = sound_files()[before]
-    found.plant(f"cp {before} {shlex.quote(name)}", lambda work: (work / name).write_bytes(content))
+    named = INPUTS.get(found.words[0], ())
+    if named and (not sound or rng.random() < 0.3):
+        path = rng.choice(("controllers.py", "motors.csv", *_ENDLESS))
+        found.words = _with_option(found.words, rng.choice(named), path, rng)
+    elif sound and rng.random() < 0.6:
+        found.words[rng.choice(sound)] = rng.choice((*_ENDLESS, *sound_files()))
+    elif sound:
+        k = rng.choice(sound)
+        ending = Path(found.words[k]).suffix
+        fitting = [one for one in _odd_names(ending) if len(one) < 200 and "/" not in one]
+        name = rng.choice([one for one in fitting if one.strip(".~") and one != ending])
+        found.plants.append(_file(name, sound_files()[found.words[k]]))
+        found.words[k] = name
 
 
 _ENDLESS = (
@@ -354,11 +343,10 @@ _ENDLESS = (
 
 def _beside(found: CommandInput, rng: random.Random) -> None:
     """Take a name beside one of the files that the command writes."""
-    names = DEFAULT_OUTPUTS.get(found.words[0], ())
-    if found.words[0] == "sweep":
-        _take(found, f"{rng.choice(('study.db', 'done.db'))}{rng.choice(BESIDE)}", rng)
-    elif names:
-        _take(found, f"{rng.choice(names)}{rng.choice(('', *BESIDE))}", rng)
+    stores = ("study.db", "done.db") if found.words[0] == "sweep" else ()
+    names = DEFAULT_OUTPUTS.get(found.words[0], stores)
+    if names:
+        found.plants.append(_taken(f"{rng.choice(names)}{rng.choice(('', *BESIDE))}", rng))
 
 
 def _odd_content(found: CommandInput, rng: random.Random) -> None:
@@ -366,20 +354,17 @@ def _odd_content(found: CommandInput, rng: random.Random) -> None:
     name = rng.choice([word for word in found.words if word in sound_files()] or ["motors.csv"])
     text = sound_files()[name].decode("latin-1")
     old, new = rng.choice(_HOSTILE.get(name, (("", ""),)))
-    if old and old in text:
-        changed, shell = text.replace(old, new, 1), f"sed -i s,{old},{ascii(new)}, {name}"
-    else:
-        changed, shell = odd_text(text, rng), f"# {name} changed at random"
+    changed = text.replace(old, new, 1) if old and old in text else odd_text(text, rng)
     data = changed.encode("utf-8" if not name.endswith((".nc", ".db")) else "latin-1", "replace")
-    found.plant(shell, lambda work: (work / name).write_bytes(data))
+    found.plants.append(_file(name, data))
     found.exact = False
 
 
 _HOSTILE: Mapping[str, tuple[tuple[str, str], ...]] = {
     "motors.csv": (("AX-12A", f"{ESCAPE}AX"), ("AX-12A", "=HYPERLINK(1)"), ("AX-12A", "@SUM(1)"),
                    ("AX-12A", "\u202eAX"), ("AX-12A", "</script>")),
-    "study.toml": (('"friction and payload"', '"\\u001b]0;owned\\u0007"'),
-                   ('"friction and payload"', '"=1+1"'), ("kharagpur", "/dev/zero"),
+    "study.toml": (("schema = 1", 'schema = 1\nname = "\\u001b]0;owned\\u0007"'),
+                   ("schema = 1", 'schema = 1\nname = "=1+1"'), ("kharagpur", "/dev/zero"),
                    ("kharagpur", "pipe.nc")),
     "motors.toml": (("[motors]", '[motors]\ncatalog = "/dev/zero"'), ("kharagpur", "/dev/zero"),
                     ("[motors]", '[motors]\ncatalog = "pipe.csv"'), ("AX-12A", "\\u001bAX")),
@@ -393,19 +378,15 @@ _HOSTILE: Mapping[str, tuple[tuple[str, str], ...]] = {
 }  # fmt: skip
 
 
-def _trap(name: str) -> Callable[[Path], object]:
-    return lambda work: (work / name).write_text('open("RUN", "w")\n', encoding="utf-8")
-
-
 def _name_outputs(found: CommandInput, tree: WatchedFolder) -> None:
     """Note which files the command is told to write; what it reads it may not write."""
     name, words = found.words[0], found.words
-    options, values, others = (*OUTPUTS.get(name, ()), "-o"), list[str](), list[str]()
+    writing, values, others = (*OUTPUTS.get(name, ()), "-o"), list[str](), list[str]()
     for k, (before, word) in enumerate(zip(["", *words], words, strict=False)):
         option, equals, value = word.partition("=")
-        if before in options or (k == OUT and "OUT" in options):
+        if before in writing or (k == OUT and "OUT" in writing):
             values.append(word)
-        elif equals and option in options:
+        elif equals and option in writing:
             values.append(value)
         else:
             others.append(word)
@@ -413,41 +394,36 @@ def _name_outputs(found: CommandInput, tree: WatchedFolder) -> None:
     old, new = BESIDE_INPUT.get(name, ("", ""))
     beside = [word.removesuffix(old) + new for word in others if old and word.endswith(old)]
     for value in (*values, *DEFAULT_OUTPUTS.get(name, ()), *beside):
-        found.named |= {path for path in _paths(value, tree)} - read
+        found.named |= _paths(value, tree) - read
     if name == "sweep" and {"--resume", "--retry-failed"} & set(words):
         found.named |= _paths("done.db", tree)
     if found.exact and "--no-html" not in words:
         for value in values:
-            found.promised |= {path for path in _paths(value, tree) if path in found.named}
+            found.promised |= _paths(value, tree) & found.named
 
 
 def _paths(value: str, tree: WatchedFolder) -> set[Path]:
     """Return the absolute paths of what a word names, its folder's links followed or not."""
     if not value or "\0" in value:
         return set()
-    home = f"{tree.home}/"
-    path = os.path.join(tree.work, home + value[2:] if value.startswith("~/") else value)
-    try:
+    path = os.path.join(tree.work, f"{tree.home}/{value[2:]}" if value[:2] == "~/" else value)
+    folder = str(tree.work)
+    with contextlib.suppress(OSError):
         folder = os.path.realpath(os.path.dirname(path))
-    except OSError:
-        folder = str(tree.work)
     return {Path(os.path.normpath(path)), Path(folder, os.path.basename(path))}
 
 
 def lay_down(found: CommandInput, tree: WatchedFolder) -> None:
     """Write the sound files and what was drawn into a tree, and watch all of it."""
-    for name, content in sound_files().items():
-        (tree.work / name).write_bytes(content)
+    write_sound_files(tree.work)
     with (tree.work / "huge.nc").open("wb") as stream:
         stream.truncate(1 << 40)
-    for _, action in found.plants:
-        _try(action, tree.work)
+    for plant in found.plants:
+        with contextlib.suppress(OSError, ValueError):  # taken, too long, a node for root
+            plant(tree.work)
     tree.watch()
 
 
-def _try(action: Callable[[Path], object], work: Path) -> Any:
-    """Do what the system allows: some names are taken or too long, some nodes are for root."""
-    try:
-        return action(work)
-    except (OSError, ValueError):
-        return None
+def write_sound_files(folder: Path) -> None:
+    for name, content in sound_files().items():
+        (folder / name).write_bytes(content)

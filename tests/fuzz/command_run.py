@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import errno
 import fcntl
 import os
 import pty
@@ -13,9 +12,9 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 from fuzz.command_input import CommandInput
 from fuzz.watched_folder import WatchedFolder
@@ -26,9 +25,6 @@ PATIENCE = 5.0
 LONGEST_WAIT = 30.0
 """Time that a command may take, whether it computes or not [s]."""
 
-LONGEST_TEXT = 1_000_000
-"""Read of a stream [bytes]."""
-
 POLL = 0.005
 """Time between two looks at a process [s]."""
 
@@ -36,18 +32,11 @@ SLOW = 0.001
 """Time that a slow reader takes for each byte [s]."""
 
 
-@dataclass(frozen=True)
-class Ending:
-    """How a process ended.
+class Ending(NamedTuple):
+    """How a process ended: `status` is -n where signal n killed it.
 
-    Attributes:
-        status: its exit status; -n: killed by signal n.
-        out: what was read of its stdout.
-        err: what was read of its stderr.
-        seconds: processor time of it and of the processes that it waited for [s].
-        sent: signals that it was sent.
-        late: whether it was killed because it went on for longer than `LONGEST_WAIT`.
-        lives: processes that it started and that live on, by their command lines.
+    `seconds` is the processor time of it and of the processes that it waited for [s]. It is `late`
+    where it was killed after `LONGEST_WAIT`; `lives` are processes that it has left.
     """
 
     status: int
@@ -62,83 +51,59 @@ class Ending:
 class _Stream:
     """One of stdout and stderr: what the process is given, and who reads it."""
 
-    def __init__(self, kind: str, after: int, scratch: Path) -> None:
+    def __init__(self, kind: str, after: int) -> None:
         self.kind, self.after = kind, after
-        self.given: int | None = None
-        self._mine: int | None = None
+        self.given, self._mine = -1, -1
         self.text, self._next = bytearray(), 0.0
         if kind == "full":
             self.given = os.open("/dev/full", os.O_WRONLY)
-        elif kind == "read-only":
-            self.given = os.open(os.devnull, os.O_RDONLY)
-        elif kind == "file":
-            self.given = os.open(scratch, os.O_RDWR | os.O_CREAT | os.O_TRUNC, 0o600)
-            self._mine = os.open(scratch, os.O_RDONLY)
         elif kind == "terminal":
             self._mine, self.given = pty.openpty()
         elif kind != "closed":
             self._mine, self.given = os.pipe()
-            if kind in ("slow", "never ready"):
+            if kind == "slow":
                 fcntl.fcntl(self.given, fcntl.F_SETPIPE_SZ, 4096)
-            if kind == "never ready":
-                os.set_blocking(self.given, False)
-        if self._mine is not None:
+        if self._mine >= 0:
             os.set_blocking(self._mine, False)
-
-    def started(self) -> None:
-        """Leave the process' end to it."""
-        if self.given is not None:
-            os.close(self.given)
 
     def read(self, *, hurry: bool = False) -> None:
         """Take what is there, as its kind of reader does."""
-        if self._mine is None:
+        if self._mine < 0:
             return
         now, size = time.monotonic(), 65536
         if self.kind == "leaves":
             size = self.after - len(self.text)
-        elif self.kind in ("slow", "never ready") and len(self.text) < self.after and not hurry:
-            size = 1 if now >= self._next else 0
-            self._next = now + SLOW
-        if size == 0 and self.kind != "leaves":
-            return
+        elif self.kind == "slow" and len(self.text) < self.after and not hurry:
+            if now < self._next:
+                return
+            size, self._next = 1, now + SLOW
         try:
             piece = os.read(self._mine, size) if size else b""
-        except OSError as error:
-            if error.errno in (errno.EAGAIN, errno.EWOULDBLOCK):
-                return
-            piece = b""  # the last end of a terminal was closed
-        if not piece and self.kind != "file":
-            self.close()
-        if len(self.text) < LONGEST_TEXT:
-            self.text += piece
+        except BlockingIOError:
+            return
+        except OSError:  # the last end of a terminal was closed
+            piece = b""
+        self.text += piece
+        if not piece:
+            os.close(self._mine)
+            self._mine = -1
 
     def rest(self) -> bytes:
         """Take all that is left, and close it."""
         end = time.monotonic() + 0.5
-        while self._mine is not None and time.monotonic() < end:
+        while self._mine >= 0 and time.monotonic() < end:
             before = len(self.text)
             self.read(hurry=True)
             if len(self.text) == before:
-                break
-        self.close()
-        return bytes(self.text)
-
-    def close(self) -> None:
-        """Close this end."""
-        if self._mine is not None:
+                time.sleep(POLL)
+        if self._mine >= 0:
             os.close(self._mine)
-            self._mine = None
+        return bytes(self.text)
 
 
 def run(given: CommandInput, tree: WatchedFolder) -> Ending:
-    """Run a command in a tree to its end."""
-    scratch = tree.root.with_name("streams")
-    scratch.mkdir()
-    streams = [
-        _Stream(kind, given.after, scratch / name)
-        for name, kind in zip(("out", "err"), given.streams[1:], strict=True)
-    ]
+    """Run a command in a tree until it has ended, and look at what it leaves behind."""
+    out, err = (_Stream(kind, given.after) for kind in given.streams[1:])
     stdin, kept = _stdin(given.streams[0])
     folder = tree.work
     if given.gone:
@@ -146,25 +111,24 @@ def run(given: CommandInput, tree: WatchedFolder) -> Ending:
         folder.mkdir()
     process = subprocess.Popen(
         _program(given), cwd=folder, env=_environment(given, tree), start_new_session=True,
-        stdin=stdin, stdout=streams[0].given or subprocess.DEVNULL,
-        stderr=streams[1].given or subprocess.DEVNULL,
+        stdin=stdin, stdout=out.given if out.given >= 0 else subprocess.DEVNULL,
+        stderr=err.given if err.given >= 0 else subprocess.DEVNULL,
         preexec_fn=_before(given, folder),  # noqa: PLW1509  # it only makes calls of the system
     )  # fmt: skip
-    for stream in streams:
-        stream.started()
+    for one in (out.given, err.given):
+        if one >= 0:
+            os.close(one)
     try:
-        status, seconds, sent, late = _watched(process, given, streams)
+        status, seconds, sent, late = _watched(process, given, (out, err))
     finally:
         lives = _kill_group(process.pid)
         for one in (stdin, *kept):
-            if one >= 0:
-                os.close(one)
-    out, err = (stream.rest() for stream in streams)
-    return Ending(status, out, err, seconds, frozenset(sent), late, lives)
+            os.close(one)
+    return Ending(status, out.rest(), err.rest(), seconds, frozenset(sent), late, lives)
 
 
 def _watched(
-    process: subprocess.Popen[bytes], given: CommandInput, streams: list[_Stream]
+    process: subprocess.Popen[bytes], given: CommandInput, streams: tuple[_Stream, _Stream]
 ) -> tuple[int, float, set[int], bool]:
     """Read, and send signals, until the process has ended; one that is late is killed."""
     begin, waiting, sent, late = time.monotonic(), list(given.signals), set[int](), False
@@ -183,7 +147,7 @@ def _watched(
         if not late and time.monotonic() - begin > LONGEST_WAIT:
             late = True
             os.killpg(process.pid, signal.SIGKILL)
-        time.sleep(POLL if all(stream.kind != "slow" for stream in streams) else SLOW)
+        time.sleep(SLOW if "slow" in given.streams else POLL)
 
 
 def processor_time(pid: int | None) -> float:
@@ -227,9 +191,7 @@ def _stdin(kind: str) -> tuple[int, list[int]]:
     if kind == "terminal":
         mine, other = pty.openpty()
         return other, [mine]
-    if kind == "endless":
-        return os.open("/dev/zero", os.O_RDONLY), []
-    return os.open(os.devnull, os.O_RDONLY), []
+    return os.open("/dev/zero" if kind == "endless" else os.devnull, os.O_RDONLY), []
 
 
 def _before(given: CommandInput, folder: Path) -> Callable[[], None]:
@@ -247,10 +209,9 @@ def _before(given: CommandInput, folder: Path) -> Callable[[], None]:
         seconds = int(LONGEST_WAIT) + 3  # what takes less is judged by `PATIENCE`
         resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 1))
         for name, value in given.limits:
-            kind = getattr(resource, f"RLIMIT_{name}")
-            resource.setrlimit(kind, (value, value))
-        for stream, kind_of_stream in enumerate(given.streams):
-            if kind_of_stream == "closed":
+            resource.setrlimit(getattr(resource, f"RLIMIT_{name}"), (value, value))
+        for stream, kind in enumerate(given.streams):
+            if kind == "closed":
                 os.close(stream)
 
     return prepare
@@ -272,19 +233,13 @@ def _environment(given: CommandInput, tree: WatchedFolder) -> dict[str, str]:
     plain |= {"LANG": "C.UTF-8", "HOME": str(tree.home), "TMPDIR": str(tree.temporary)}
     plain |= {"MPLCONFIGDIR": font_cache()}
     plain |= {"PYTHONDONTWRITEBYTECODE": "1"}  # else a limit of file sizes truncates that of others
-    for name, value in given.environment.items():
-        if value is None:
-            plain.pop(name, None)
-        else:
-            plain[name] = value
-    return plain
+    changed = {**plain, **given.environment}
+    return {name: value for name, value in changed.items() if value is not None}
 
 
 @cache
 def font_cache() -> str:
     """Return the folder with matplotlib's list of fonts: making one takes seconds."""
-    try:
-        import matplotlib.font_manager
-    except ImportError:
-        return ""
+    import matplotlib.font_manager
+
     return matplotlib.get_cachedir()

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import json
-import os
 import random
+from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import hexapod_pin as hp
 from fuzz import material
@@ -16,43 +15,33 @@ from hexapod_pin.results import RunRecord
 
 
 def urdf(rng: random.Random) -> None:
-    """A URDF with changes."""
-    path = _own_file("urdf")
-    path.write_text(odd_text(material.urdf_text(), rng), encoding="utf-8")
+    path = material.written("urdf", odd_text(material.urdf_text(), rng))
     material.used(hp.load_robot(path, repair=rng.random() < 0.2))
 
 
 def xacro(rng: random.Random) -> None:
-    """A xacro file with changes."""
-    path = _own_file("xacro")
-    path.write_text(odd_text(material.xacro_text(), rng), encoding="utf-8")
+    path = material.written("xacro", odd_text(material.xacro_text(), rng))
     material.used(hp.load_robot(path))
 
 
 def hints(rng: random.Random) -> None:
     """A robot with odd hints beside it."""
-    path = _own_file("hinted.urdf")
-    path.write_text(material.urdf_text(), encoding="utf-8")
-    path.with_name(f"{os.getpid()}.hints.toml").write_text(
-        odd_text(material.HINTS_TEXT, rng), encoding="utf-8"
-    )
-    material.used(hp.load_robot(path))
+    path = material.written("urdf", material.urdf_text())
+    beside = material.written("hints.toml", odd_text(material.HINTS_TEXT, rng))
+    try:
+        material.used(hp.load_robot(path))
+    finally:
+        beside.unlink()
 
 
 def scene(rng: random.Random) -> None:
-    """A scene as TOML with changes."""
-    from hexapod_pin.scene.scene import Scene
-
-    material.used(Scene.from_toml(odd_text(material.scene().to_toml(), rng)))
+    material.used(hp.Scene.from_toml(odd_text(material.scene().to_toml(), rng)))
 
 
 def case(rng: random.Random) -> None:
-    """A case as TOML with changes."""
-    from hexapod_pin.simulation.case import Case
-
-    found = Case.from_toml(odd_text(material.case_text(), rng))
+    found = hp.Case.from_toml(odd_text(material.case_text(), rng))
     if (found.duration or 0.0) <= 0.02:
-        found.with_defaults(limits=hp.simulation.WorkLimits(evaluations=3e4, steps=1e4)).run()
+        found.with_defaults(limits=material.LIMITS).run()
 
 
 def study(rng: random.Random) -> None:
@@ -62,9 +51,7 @@ def study(rng: random.Random) -> None:
 
 
 def catalog(rng: random.Random) -> None:
-    """A catalogue of motors with changes."""
-    path = _own_file("csv")
-    path.write_text(odd_text(material.catalog_text(), rng), encoding="utf-8")
+    path = material.written("csv", odd_text(material.catalog_text(), rng))
     require_finite(hp.load_catalog(path).table())
 
 
@@ -73,32 +60,24 @@ def _damaged(sound: bytes, rng: random.Random) -> bytes:
     data = bytearray(sound)
     if rng.random() < 0.3:
         data = data[: rng.randrange(len(data))]
-    for _ in range(rng.choice((0, 1, 4, 30))):
-        if data:
-            data[rng.randrange(len(data))] = rng.randrange(256)
+    for _ in range(rng.choice((0, 1, 4, 30)) if data else 0):
+        data[rng.randrange(len(data))] = rng.randrange(256)
     return bytes(data)
 
 
 def sweep_store(rng: random.Random) -> None:
-    """The store of a sweep with bytes changed or cut off."""
-    path = _own_file("db")
-    path.write_bytes(_damaged(material.store_bytes(), rng))
+    path = material.written("db", _damaged(material.store_bytes(), rng))
     found = hp.study.open_sweep(path)
     str((found.dataset, found.reasons, found.pending, found.case_time))
 
 
 def damaged_trace(rng: random.Random) -> None:
-    """A trace's file with bytes changed or cut off."""
-    data = _damaged(material.trace_bytes(), rng)
-    path = _own_file("nc")
-    path.write_bytes(data)
-    _read(hp.load_trace(path))
+    _read(hp.load_trace(material.written("nc", _damaged(material.trace_bytes(), rng))))
 
 
 def forged_trace(rng: random.Random) -> None:
     """A trace whose arrays and texts are others, saved with a digest that matches."""
-    path = _own_file("nc")
-    path.unlink(missing_ok=True)
+    path = material.new_file("nc")
     try:
         _forged(material.trace(), rng).save(path)
     except (TypeError, ValueError, AttributeError) as error:
@@ -135,18 +114,16 @@ def checkpoint(rng: random.Random) -> None:
     """A checkpoint's data with changes, gone on from."""
     data = odd_data(material.trace().checkpoint.to_dict(), rng)
     start = hp.results.Checkpoint.from_dict(data)
-    hp.simulate(material.scene(), material.control(), duration=2e-3, initial=start, estimate=False,
-                limits=hp.simulation.WorkLimits(evaluations=3e4, memory=1e8))  # fmt: skip
+    hp.simulate(material.scene(), material.walk(), duration=2e-3, initial=start, estimate=False,
+                limits=material.LIMITS)  # fmt: skip
 
 
 def summary(rng: random.Random) -> None:
-    """A summary's file with changes."""
-    path = _own_file("json")
-    path.write_text(json.dumps(odd_data(material.summary_data(), rng), default=str), "utf-8")
-    found = hp.load_summary(path)
-    str(found.torque_peak)
+    text = json.dumps(odd_data(material.summary_data(), rng), default=str)
+    str(hp.load_summary(material.written("json", text)).torque_peak)
 
 
-def _own_file(end: str) -> Path:
-    """Return a path that no other process uses."""
-    return material.folder() / f"{os.getpid()}.{end}"
+FILE_DOORS: tuple[Callable[[random.Random], None], ...] = (
+    urdf, xacro, hints, scene, case, study, catalog, damaged_trace, forged_trace, sweep_store,
+    checkpoint, summary,
+)  # fmt: skip

@@ -11,15 +11,34 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import public_samples
+from public_samples import robot, walk
+
 import hexapod_pin as hp
 from fuzz.shown import FaultFound
 from fuzz.watched_folder import WatchedFolder
+from hexapod_pin.drive.catalog.catalog import catalog_text as text_of
 
+__all__ = ["robot", "walk"]
 
-@cache
-def robot() -> hp.Robot:
-    """Return a robot."""
-    return hp.load_robot("kharagpur")
+SHORT_STUDY = public_samples.STUDY + public_samples.VARIED
+"""A study of two cases, each of a whole steady cycle."""
+
+STUDY_TEXT = public_samples.STUDY + public_samples.DRAWN
+
+MOTORS_TEXT = (
+    public_samples.STUDY.replace("cycle_time = 0.3", "cycle_time = 1.2").replace("0.9", "3.6")
+    + '[motors]\nvoltage = 12.0\nmodels = ["AX-12A", "MX-106"]\n'
+)
+
+HINTS_TEXT = """forward = "x"
+foot_radius = 0.01
+repair = false
+mass = 2.0
+
+[posture]
+"""
+"""Hints about a robot."""
 
 
 @cache
@@ -30,21 +49,13 @@ def scene() -> hp.Scene:
 
 
 @cache
-def control() -> hp.KinematicControl:
-    """Return a walk."""
-    return hp.KinematicControl(hp.Gait.tripod(stroke=0.08, cycle_time=1.2))
-
-
-@cache
 def case_text() -> str:
-    """Return a case as TOML."""
-    return hp.Case(scene(), control(), duration=0.01, sample=0.002).to_toml()
+    return hp.Case(scene(), walk(), duration=0.01, sample=0.002).to_toml()
 
 
 @cache
 def trace() -> hp.Trace:
-    """Return a short trace."""
-    return hp.simulate(scene(), control(), duration=0.02)
+    return hp.simulate(scene(), walk(), duration=0.02)
 
 
 @cache
@@ -84,112 +95,41 @@ def new_file(ending: str) -> Path:
 
 def written(ending: str, content: str | bytes) -> Path:
     """Return the path of a new file."""
-    path = folder() / f"sound.{ending}"
+    path = new_file(ending)
     path.write_bytes(content.encode() if isinstance(content, str) else content)
     return path
 
 
 @cache
-def walk() -> hp.Trace:
-    """Return a trace of a whole steady cycle."""
-    given: dict[str, Any] = {"accuracy": 1e-3, "estimate": False, "sample": 0.02}
-    return hp.simulate(scene(), control(), duration=3.9, **given)
-
-
-@cache
-def state() -> hp.State:
-    """Return a state that the robot can have."""
-    return robot().stand()
-
-
-@cache
 def trace_bytes() -> bytes:
-    """Return a trace's file."""
-    return trace().save(folder() / "sound.nc").read_bytes()
+    return trace().save(new_file("nc")).read_bytes()
 
 
 @cache
 def summary_data() -> Any:
-    """Return a summary's data."""
-    [summary] = hp.simulate_batch([hp.Case(scene(), control(), duration=0.02)], keep="summary")
+    [summary] = hp.simulate_batch([hp.Case(scene(), walk(), duration=0.02)], keep="summary")
     assert isinstance(summary, hp.Summary)
     return json.loads(summary.to_json())
 
 
 @cache
 def urdf_text() -> str:
-    """Return a URDF."""
     return hp.urdf_path("kharagpur").read_text(encoding="utf-8")
-
-
-HINTS_TEXT = """forward = "x"
-foot_radius = 0.01
-repair = false
-mass = 2.0
-
-[posture]
-"""
-"""Hints about a robot."""
-
-
-STUDY_TEXT = """schema = 1
-name = "friction and payload"
-[base]
-robot = "kharagpur"
-gait = "tripod"
-duration = 1.0
-accuracy = 1e-4
-[[vary]]
-input = "stroke"
-values = [0.06, 0.1]
-[[vary]]
-input = "mu"
-distribution = "uniform"
-low = 0.4
-high = 0.9
-[design]
-kind = "sobol"
-samples = 4
-seed = 7
-"""
-"""A study."""
-
-SHORT_STUDY = (
-    STUDY_TEXT.replace("1e-4", "1e-3").replace("samples = 4", "samples = 2")
-    .replace("[0.06, 0.1]", "[0.08]")
-    .replace('"tripod"', '{name = "tripod", cycle_time = 1.2}').replace("1.0", "3.9")
-)  # fmt: skip
-"""A study of two cases, each of a whole steady cycle."""
-
-MOTORS_TEXT = """schema = 1
-[base]
-robot = "kharagpur"
-gait = {name = "tripod", cycle_time = 1.2, stroke = 0.1}
-method = "robust"
-step = 2e-3
-duration = 3.6
-[motors]
-voltage = 12.0
-models = ["AX-12A", "MX-106"]
-"""
-"""A study of motors."""
 
 
 @cache
 def store_bytes() -> bytes:
     """Return the store of a sweep."""
-    path = folder() / f"{os.getpid()}.sound.db"
-    study = hp.study.SweepStudy.from_toml(SHORT_STUDY)
-    str(hp.run_sweep(study, path).dataset)  # imports what a store is read with
+    path = new_file("db")
+    str(
+        hp.run_sweep(hp.study.SweepStudy.from_toml(SHORT_STUDY), path).dataset
+    )  # imports its reader
     return path.read_bytes()
 
 
 @cache
 def catalog_text() -> str:
-    """Return a catalogue."""
-    from hexapod_pin.drive.catalog.catalog import catalog_text
-
-    return catalog_text(hp.load_catalog().records[:6])
+    return text_of(hp.load_catalog().records[:6])
 
 
 @cache
@@ -211,14 +151,15 @@ def xacro_text() -> str:
     return head + own + body[body.index(">", body.index("<robot")) + 1 :]
 
 
-def used(robot_or_scene: Any) -> None:
+LIMITS = hp.simulation.WorkLimits(evaluations=3e4, steps=1e4, memory=1e8)
+"""Of every run, so that it ends soon."""
+
+
+def used(where: hp.Robot | hp.Scene) -> None:
     """Run what was accepted for a moment."""
-    where = robot_or_scene
-    if isinstance(where, hp.Robot):
-        where = hp.Scene(where)
-    limits = hp.simulation.WorkLimits(evaluations=3e4)
+    given = hp.Scene(where) if isinstance(where, hp.Robot) else where
     found = hp.simulate(
-        where, hp.HoldPosture(), duration=2e-3, sample=1e-3, estimate=False, limits=limits
+        given, hp.HoldPosture(), duration=2e-3, sample=1e-3, estimate=False, limits=LIMITS
     )
     if not (abs(found.q) < 1e300).all():
         raise FaultFound("a number that is not finite came out of a run")

@@ -11,18 +11,37 @@ import inspect
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
-from operator import attrgetter
-from types import ModuleType
 from typing import Any
 
 from public_surface import surface
 
 import hexapod_pin
+from hexapod_pin.errors import HexapodError
 
 FUNCTION, CONSTRUCTOR, CLASS_METHOD = "function", "constructor", "class method"
 METHOD, PROPERTY, COPIES = "method", "property", "copies"
 
-PACKAGE = "hexapod_pin"
+RUN = "called by a run with what the run made itself"
+
+LEFT_OUT: Mapping[str, str] = {
+    "view.view": "opens a browser, and stays until Ctrl-C",
+    "view.live_viewer": "starts a server that a browser connects to",
+    "FeedbackController()": "a protocol: nothing is made of it",
+    "TorqueMap.from_group": "takes what a file was read into: the files have doors of their own",
+    "GaitEnergy.from_group": "takes what a file was read into: the files have doors of their own",
+    "Summary.from_data": "takes what a run or a file was read into",
+    "FootControl.update": RUN, "FeedbackController.update": RUN,
+}  # fmt: skip
+"""Public calls that no input goes to."""
+
+SOUND_ONLY: Mapping[str, str] = {
+    "run_sweep.scheduler": "waits for as long as Dask does for a scheduler that does not answer",
+    "register_controller.kind": "a kind that is registered stays registered",
+}
+"""Parameters that are only given what they take."""
+
+LONG_NUMBERS = ("tune.budget", "tune.population")
+"""Parameters that are given anything odd but numbers: large ones are allowed, and take long."""
 
 
 @dataclass(frozen=True)
@@ -47,13 +66,12 @@ class PublicCall:
         return getattr(self.owner, self.attribute) if self.attribute else self.owner  # type: ignore[no-any-return]
 
     @property
-    def needs_instance(self) -> bool:
-        """Whether it is called on an instance of its owner."""
-        return self.kind in (METHOD, PROPERTY, COPIES)
+    def is_called(self) -> bool:
+        return self.kind not in (PROPERTY, COPIES)
 
     def parameters(self) -> Mapping[str, inspect.Parameter]:
         """Return the parameters that a caller gives, those of parameter sets by their fields."""
-        if self.kind in (PROPERTY, COPIES):
+        if not self.is_called:
             return {}
         try:
             found = dict(inspect.signature(self.target).parameters)
@@ -62,63 +80,62 @@ class PublicCall:
         found.pop("self", None)
         return found
 
+    def odd_parameters(self) -> list[str]:
+        """Return those that may be given odd things."""
+        if self.kind == CONSTRUCTOR and issubclass(self.owner, HexapodError):
+            return []  # an error is made by the package itself
+        return [
+            name for name, one in self.parameters().items()
+            if one.kind in (one.POSITIONAL_OR_KEYWORD, one.KEYWORD_ONLY)
+            and f"{self.name}.{name}" not in SOUND_ONLY
+        ]  # fmt: skip
+
 
 @cache
 def public_calls() -> Mapping[str, PublicCall]:
     """Return all public calls by name."""
-    found = [call for name, value in surface().items() for call in _calls(name, value)]
+    named = {name.rpartition(".")[2]: one for name, one in surface().items()}
     for room in (hexapod_pin.errors, hexapod_pin.view):
         prefix = room.__name__.rpartition(".")[2]
-        for name in _names_of(room):
-            found += _calls(f"{prefix}.{name}", getattr(room, name), f"{prefix}.{name}")
-    return {call.name: call for call in found}
+        own = [name for name, one in vars(room).items() if _is_of(one, room.__name__)]
+        for name in getattr(room, "__all__", own):
+            named[f"{prefix}.{name}"] = getattr(room, name)
+    return {call.name: call for name, one in named.items() for call in _calls(name, one)}
+
+
+def _is_of(value: Any, module: str) -> bool:
+    public = not getattr(value, "__name__", "_").startswith("_")
+    return public and getattr(value, "__module__", "") == module
 
 
 @cache
 def public_classes() -> tuple[type, ...]:
-    """Return all public classes."""
     return tuple(call.owner for call in public_calls().values() if call.kind == CONSTRUCTOR)
 
 
-def _calls(place: str, value: Any, shown: str = "") -> Iterator[PublicCall]:
-    """Yield what can be called of a public name, which is found at a place of the package."""
-    room, _, name = place.rpartition(".")
-    dotted = shown or name
+@cache
+def walked() -> tuple[str, ...]:
+    """Return the names of all public calls that inputs go to."""
+    return tuple(name for name in public_calls() if name not in LEFT_OUT)
+
+
+def _calls(name: str, value: Any) -> Iterator[PublicCall]:
+    """Yield what can be called of what has a public name."""
     if inspect.isclass(value):
-        yield PublicCall(f"{dotted}()", CONSTRUCTOR, value)
-        yield PublicCall(f"{dotted} (copies)", COPIES, value)
-        yield from members_of(value, dotted)
+        yield PublicCall(f"{name}()", CONSTRUCTOR, value)
+        yield PublicCall(f"{name} (copies)", COPIES, value)
+        yield from members_of(value, name)
     elif callable(value):
-        owner = attrgetter(room)(hexapod_pin) if room else hexapod_pin
-        yield PublicCall(dotted, FUNCTION, owner, name)
-
-
-def _names_of(room: ModuleType) -> list[str]:
-    """Return the public names of a module: those that it lists, else those that it defines."""
-    listed = getattr(room, "__all__", None)
-    if listed is not None:
-        return list(listed)
-    return [
-        name for name, value in vars(room).items()
-        if not name.startswith("_") and getattr(value, "__module__", "") == room.__name__
-    ]  # fmt: skip
+        yield PublicCall(name, FUNCTION, inspect.getmodule(value), value.__name__)
 
 
 def members_of(owner: type, dotted: str) -> Iterator[PublicCall]:
     """Yield the methods and properties of a class that the package defines."""
+    ours = [base for base in owner.__mro__ if base.__module__.startswith("hexapod_pin")]
     for name, value in inspect.getmembers_static(owner):
-        if name.startswith("_") or not _is_ours(owner, name):
-            continue
         kind = _kind_of(value)
-        if kind:
+        if kind and not name.startswith("_") and any(name in vars(base) for base in ours):
             yield PublicCall(f"{dotted}.{name}", kind, owner, name)
-
-
-def _is_ours(owner: type, name: str) -> bool:
-    return any(
-        name in vars(base) and base.__module__.partition(".")[0] == PACKAGE
-        for base in owner.__mro__
-    )
 
 
 def _kind_of(value: Any) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import re
 import traceback
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -17,30 +16,31 @@ _NOT_FINITE = re.compile(r"(?<![\w.'-])[-+]?(?:nan|inf)(?![\w.'-])", re.IGNORECA
 _GIVEN = re.compile(r"(?<![\w.-])[-+]?(?:nan|inf)(?![\w.-])", re.IGNORECASE)
 """The same as a number or a text."""
 
+_WRONG_CALL = re.compile(
+    r"missing \d+ required|unexpected keyword|takes .* positional|multiple values for|"
+    r"missing a required|too many positional"
+)
+"""Python's own words where an argument is missing or there is no such keyword."""
+
+_OURS = re.compile(r".*/(?:hexapod_pin/|tests/(?=fuzz/))")
+"""Before the name of a module of the package, or of the campaign."""
+
 
 class FaultFound(Exception):
     """What a door has found: something that no input may bring about.
 
     Attributes:
-        repeat: how the input can be repeated by hand; empty where door and seed are the only way.
-        changed: files of others that have changed.
         slow: whether it only took too long, which may be the machine's fault.
     """
 
-    def __init__(
-        self, message: str, repeat: str = "", changed: Sequence[str] = (), *, slow: bool = False
-    ) -> None:
-        """Keep the way to repeat it, and what has changed, beside the message."""
-        self.repeat, self.changed, self.slow = repeat, tuple(changed), slow
+    def __init__(self, message: str, *, slow: bool = False) -> None:
+        """Keep the rest beside the message."""
+        self.slow = slow
         super().__init__(message)
 
 
 def require_finite(text: str, *given: str) -> None:
-    """Refuse a text with nan or inf in it, unless they were given.
-
-    Raises:
-        FaultFound: there is one.
-    """
+    """Refuse a text with nan or inf in it, unless they were given."""
     if any(_GIVEN.search(one) or _is_read_as_not_finite(one) for one in given):
         return
     found = _NOT_FINITE.search(text)
@@ -58,30 +58,13 @@ def _is_read_as_not_finite(word: str) -> bool:
 
 
 def require_finite_data(trace: hp.Trace) -> None:
-    """Refuse a trace whose motion is not finite.
-
-    Raises:
-        FaultFound: there is such a number.
-    """
     for name in ("time", "q", "v", "torque", "foot_force", "com"):
         if not np.isfinite(getattr(trace, name)).all():
             raise FaultFound(f"{name} of a run is not finite")
 
 
-_WRONG_CALL = re.compile(
-    r"missing \d+ required|unexpected keyword|takes .* positional|multiple values for|"
-    r"missing a required|too many positional"
-)
-"""Python's own words where an argument is missing or there is no such keyword."""
-
-
 def is_wrong_call(error: Exception) -> bool:
-    """Tell whether an error is Python's own about a call with wrong names or too few arguments."""
     return isinstance(error, TypeError) and bool(_WRONG_CALL.search(str(error)))
-
-
-_OURS = re.compile(r".*/(?:hexapod_pin/|tests/(?=fuzz/))")
-"""Before the name of a module of the package, or of the campaign."""
 
 
 def described(error: Exception) -> str:

@@ -25,14 +25,13 @@ from fuzz import material
 from fuzz.public_names import CONSTRUCTOR, PublicCall, public_classes
 from hexapod_pin.type_checks import type_hints
 
-QUICK: Mapping[str, Any] = {"accuracy": 1e-3, "threads": 1}
+QUICK: Mapping[str, Any] = {"accuracy": 1e-2, "threads": 1}
 """Of every call that runs something."""
 
-LEAST = 3.9
-"""Time in which the gait of `material.control` makes a whole steady cycle [s]."""
+EASY: Mapping[str, Any] = {"accuracy": 1e-3, "estimate": False}
 
-
-STEPS: Mapping[str, Any] = {"duration": 0.05, "method": "robust", "step": 2e-3}
+LEAST = public_samples.QUICK["duration"]
+"""Time in which the gait of `public_samples.walk` makes a whole steady cycle [s]."""
 
 
 def crouch(values: Mapping[str, float]) -> hp.HoldPosture:
@@ -49,8 +48,7 @@ def height(found: Any, baseline: Any) -> float:
 
 def session() -> hp.Session:
     """Return a session; unlike other instances it changes, and is made anew for each call."""
-    limits = hp.simulation.WorkLimits(evaluations=3e4)
-    return hp.Session(material.scene(), accuracy=1e-3, limits=limits)
+    return hp.Session(material.scene(), accuracy=1e-3, limits=material.LIMITS)
 
 
 @cache
@@ -58,7 +56,7 @@ def pool() -> Mapping[type, list[Any]]:
     """Return instances by their class, those in others' fields included."""
     found: dict[type, list[Any]] = collections.defaultdict(list)
     roots = [
-        hp.study.SweepStudy.from_toml(material.STUDY_TEXT), material.walk().plot,
+        hp.study.SweepStudy.from_toml(material.STUDY_TEXT), public_samples.trace().plot,
         hp.rl.WalkEnv(material.robot(), duration=0.1),
         hp.rl.WalkVectorEnv(2, material.robot(), duration=0.1),
         *public_samples.samples(material.folder()),
@@ -101,24 +99,19 @@ def instances(owner: type) -> list[Any]:
 def arguments(call: PublicCall, rng: random.Random, instance: Any = None) -> dict[str, Any]:
     """Return sound arguments: what is needed, some of the others, and what keeps the call short.
 
-    Args:
-        call: what they are for.
-        rng: draws which.
-        instance: of its owner: a constructor is given what it was made from.
+    A constructor is given what an instance was made from.
     """
-    given, small = dict[str, Any](), SMALL.get(call.name, {})
+    given = {name: _made(one) for name, one in SMALL.get(call.name, {}).items()}
     for name, parameter in call.parameters().items():
-        if parameter.kind is parameter.VAR_POSITIONAL:
+        if parameter.kind is parameter.VAR_POSITIONAL or name in given:
             continue
         needed = (
             parameter.default is parameter.empty and parameter.kind is not parameter.VAR_KEYWORD
         )
-        if name in small:
-            given[name] = _made(small[name])
-        elif needed or rng.random() < 0.2:
-            own = call.kind == CONSTRUCTOR and hasattr(instance, name)
-            if own and not inspect.ismethod(getattr(instance, name)):
-                given[name] = getattr(instance, name)
+        if needed or rng.random() < 0.2:
+            own = getattr(instance, name, None) if call.kind == CONSTRUCTOR else None
+            if own is not None and not inspect.ismethod(own):
+                given[name] = own
             elif needed:
                 given[name] = argument(call, parameter, rng)
     return given
@@ -126,17 +119,21 @@ def arguments(call: PublicCall, rng: random.Random, instance: Any = None) -> dic
 
 def argument(call: PublicCall, parameter: inspect.Parameter, rng: random.Random) -> Any:
     """Return a sound argument of a call for one of its parameters."""
-    for key in (f"{call.name}.{parameter.name}", parameter.name):
+    name = parameter.name
+    for key in (f"{call.name}.{name}", f"{call.attribute}.{name}", name):
         if key in BY_NAME:
             return _made(BY_NAME[key])
     function, owner = call.target, call.owner
-    if parameter.name == "obj":  # of `model_validate`
+    if name == "obj":  # of `model_validate`
         return (instances(owner) or [{}])[0]
+    if name == "path":
+        endings = [one for one, names in NEW_FILES.items() if call.name in names.split()]
+        return str(material.new_file(*endings or ["nc"]))
     if isinstance(owner, type) and call.kind == CONSTRUCTOR:
         function = vars(owner).get("__init__", owner.__new__)
     known = inspect.isroutine(function) and getattr(function, "__module__", None)
     hints = type_hints(function, owner if isinstance(owner, type) else None) if known else {}
-    return _of_kind(hints.get(parameter.name, parameter.annotation), rng)
+    return _of_kind(hints.get(name, parameter.annotation), rng)
 
 
 def _made(entry: Any) -> Any:
@@ -179,21 +176,18 @@ PLAIN: Mapping[Any, Any] = {
 }  # fmt: skip
 
 
-TIME_FUNCTIONS = (
-    "Hermite", "Waypoints", "Havsin", "Step", "Step5", "VelocityStep", "Sine", "Sum", "Periodic",
-)  # fmt: skip
-
-FIGURES = tuple(
-    f"write_{name}" for name in (
-        "figure", "comparison_figure", "gait_energy_figure", "joint_motion_figure",
-        "joint_torque_figure", "mass_center_figure", "quasi_static_figure", "torque_curves",
-        "torque_heat_map",
-    )
-)  # fmt: skip
-
-
-def _limits() -> hp.simulation.WorkLimits:
-    return hp.simulation.WorkLimits(evaluations=3e4, steps=1e4)
+NEW_FILES: Mapping[str, str] = {
+    "png": "view.write_figure view.write_comparison_figure view.write_gait_energy_figure "
+    "view.write_joint_motion_figure view.write_joint_torque_figure view.write_mass_center_figure "
+    "view.write_quasi_static_figure view.write_torque_curves view.write_torque_heat_map",
+    "html": "view.write_html view.write_side_by_side view.write_study_report "
+    "view.write_selection_report",
+    "json": "Comparison.save Summary.save",
+    "mcap": "write_mcap",
+    "yaml": "write_joint_trajectory",
+    "csv": "write_servo_ticks",
+}
+"""Endings of files that calls write; of others: nc."""
 
 
 def _soil() -> Any:
@@ -202,86 +196,60 @@ def _soil() -> Any:
     return next(iter(SOILS.values()))
 
 
-def _checkpoint_data() -> dict[str, Any]:
-    return material.trace().checkpoint.to_dict()
+def _first(owner: type) -> Any:
+    """Return what makes the first instance of a class."""
+    return lambda: instances(owner)[0]
+
+
+def _saved(owner: type, ending: str) -> Any:
+    """Return what saves the first instance of a class."""
+    return lambda: instances(owner)[0].save(material.new_file(ending))
 
 
 def _study_parts() -> dict[str, Any]:
     return {"a": instances(hp.study.TorqueMap)[0]}
 
 
-def _study_file() -> Path:
-    return hp.study.write_study(material.new_file("nc"), _study_parts())
-
-
-def _image() -> Path:
-    """Write a portable grey map of four pixels."""
-    return material.written("pgm", b"P5 2 2 255\n\0\1\2\3")
-
-
 def _walk_plan() -> hp.motion.WalkPlan:
-    return hp.motion.WalkPlan(material.robot(), material.control().gait)
+    return hp.motion.WalkPlan(material.robot(), material.walk().gait)
 
 
-def _joint() -> str:
-    return material.robot().joint_names[0]
-
-
-BY_NAME: Mapping[str, Any] = {
+_GIVEN: Mapping[str, Any] = {
     "robot": material.robot,
     "scene": material.scene,
-    "trace": material.walk,
-    "run": material.walk,
-    "dynamic": material.walk,
-    "slow": material.walk,
-    "controller": material.control,
-    "walk": material.control,
-    "gait": lambda: material.control().gait,
-    "duration": 2e-3,
-    "cases": lambda: [hp.Case(material.scene(), material.control(), duration=2e-3, **EASY)],
-    "initial": material.state,
-    "state": material.state,
-    "q": lambda: material.state().q,
-    "v": lambda: material.state().v,
-    "Session.advance.until": 1e-3,
-    "KinematicControl.plan_part.until": 1.0,
+    "trace run dynamic slow": public_samples.trace,
+    "controller walk": material.walk,
+    "gait": lambda: material.walk().gait,
+    "cases": lambda: [hp.Case(material.scene(), material.walk(), duration=2e-3, **EASY)],
+    "initial state": lambda: material.robot().stand(),
+    "q": lambda: material.robot().stand().q,
+    "v": lambda: material.robot().stand().v,
+    "duration step": 2e-3,
+    "sample Session.advance.until": 1e-3,
+    "size KinematicControl.plan_part.until": 1.0,
     "since": 0.0,
-    **{
-        f"{kind}.{name}.time": lambda: np.array([0.0, 0.5])
-        for kind in TIME_FUNCTIONS
-        for name in ("acceleration", "derivatives", "value_and_rate")
-    },
-    **{f"view.{name}.path": lambda: material.new_file("png") for name in FIGURES},
+    "time spacing": 0.5,
+    "Amplification.at.time": 0.01,
+    "acceleration.time derivatives.time value_and_rate.time": lambda: np.array([0.0, 0.5]),
     "source": "kharagpur",
-    "study": lambda: instances(hp.study.SweepStudy)[0],
-    "vary": lambda: VARY,
-    "measurement": lambda: instances(hp.feedback.Measurement)[0],
-    "time": 0.5,
+    "study": _first(hp.study.SweepStudy),
+    "case": _first(hp.Case),
+    "measurement": _first(hp.feedback.Measurement),
+    "vary": lambda: [{"input": "stroke", "values": [0.06, 0.08]}],
     "points": [[0.0, 0.0, 0.1]],
-    "traces": lambda: {"a": material.walk()},
+    "traces": lambda: {"a": public_samples.trace()},
     "scenes": lambda: {"a": material.scene()},
     "parts": dict,
     "method": "robust",
-    "step": 2e-3,
-    "sample": 1e-3,
-    "threads": 1,
-    "kind": "coxa",
-    "joint": _joint,
-    "Trace.joint.name": _joint,
-    "Robot.joint_index.name": _joint,
-    "TorqueBudget.joint.name": _joint,
-    "MotorBudget.joint.name": _joint,
-    "PeakVerdicts.joint.name": _joint,
-    "JointMoments.joint.name": _joint,
-    "TorqueBudget.kind.name": "coxa",
+    "threads polygons seed": 1,
+    "postures": 2,
     "legs": 6,
-    "MotorBudget.kind.name": "coxa",
-    "PeakVerdicts.kind.name": "coxa",
-    "Robot.leg.name": lambda: material.robot().legs[0].name,
+    "kind kind.name": "coxa",
+    "joint joint.name joint_index.name": lambda: material.robot().joint_names[0],
     "leg": "left_front",
-    "Robot.foot.name": lambda: material.robot().feet[0].name,
+    "Robot.leg.name": lambda: material.robot().legs[0].name,
+    "foot.name": lambda: material.robot().feet[0].name,
     "links": ("base_link",),
-    "Trace.foot.name": lambda: material.robot().feet[0].name,
     "link": "base_link",
     "Contact.preset.name": "s1",
     "Contact.soil.name": "sand",
@@ -289,104 +257,76 @@ BY_NAME: Mapping[str, Any] = {
     "Stability.least.name": "static_margin",
     "model": "AX-12A",
     "quantity": "torque_peak",
-    "uncertainty.values": lambda: {"torque_peak": np.arange(8.0)},
+    "uncertainty.values": lambda: {"torque_peak": np.arange(64.0)},
     "cost": "cost_of_transport",
-    "polygons": 1,
-    "postures": 2,
-    "seed": 1,
-    "size": 1.0,
-    "spacing": 0.5,
     "Scene.from_toml.text": lambda: material.scene().to_toml(),
     "Case.from_toml.text": material.case_text,
-    "SweepStudy.from_toml.text": lambda: material.STUDY_TEXT,
+    "SweepStudy.from_toml.text": material.SHORT_STUDY,
     "z": [[0.0, 0.0]] * 3,
-    "Checkpoint.from_dict.data": _checkpoint_data,
-    "Amplification.at.time": 0.01,
+    "Checkpoint.from_dict.data": lambda: dict(material.trace().checkpoint.to_dict()),
     "voltage": 12.0,
     "supply": 11.0,
-    "Comparison.change.controller": "b",
-    "Comparison.of.scene": "a",
-    "Comparison.mean.scene": "a",
-    "Comparison.change.scene": "a",
-    "Comparison.of.controller": "a",
-    "metric": "torque_rms",
-    "Comparison.mean.controller": "a",
+    "of.scene mean.scene change.scene of.controller mean.controller": "a",
+    "change.controller": "b",
+    "metric error_of.name RelativeObjective.value.name": "torque_rms",
     "record": lambda: hp.load_catalog().records[0],
-    "simulate.record": ["torque"],
-    "Session().record": ["torque"],
-    "Case().record": ["torque"],
+    "simulate.record Session().record Case().record": ["torque"],
     "errors.NotRecordedError().record": ["com"],
     "Gait.feet_down.phase": [0.0, 0.5],
     "HuntCrossley.soil.soil": _soil,
-    "Summary.error_of.name": "torque_rms",
-    "RelativeObjective.value.run": lambda: instances(hp.Summary)[0],
+    "RelativeObjective.value.run": _first(hp.Summary),
     "Segment.box.size": (0.1, 0.02, 0.02),
     "Trunk.solid.size": (0.2, 0.1, 0.05),
-    "limits": _limits,
-    "Segment.box.limits": (-1.0, 1.0),
-    "Segment.rod.limits": (-1.0, 1.0),
-    "SweepStudy.of_case.case": lambda: instances(hp.Case)[0],
+    "limits": material.LIMITS,
+    "box.limits rod.limits": (-1.0, 1.0),
     "phase": "retraction",
     "AdamsImpact.from_mm.exponent": 1.5,
     "Gait.custom.phases": [0.0, 0.5] * 3,
+    "Gait.custom.duty": 0.6,
     "load": 10.0,
     "JointDemand.of_kinds.kinds": ("coxa",),
     "posture": lambda: list(material.robot().posture),
     "Scene.require_unloaded.where": "here",
-    "Gait.custom.duty": 0.6,
     "JointDemand.torque_rms_with_armature.armature": lambda: np.zeros(18),
+    "of_samples.torque of_samples.speed": lambda: np.zeros((3, 18)),
+    "of_samples.time": lambda: np.arange(3.0),
     "write_study.parts": _study_parts,
-    "RelativeObjective.value.name": "torque_rms",
-    "HeightField.from_image.path": _image,
-    "JointDemand.of_samples.torque": lambda: np.zeros((3, 18)),
-    "JointDemand.of_samples.speed": lambda: np.zeros((3, 18)),
-    "JointDemand.of_samples.time": lambda: np.arange(3.0),
-    "Comparison.save.path": lambda: material.new_file("json"),
-    "Summary.save.path": lambda: material.new_file("json"),
-    "view.write_html.path": lambda: material.new_file("html"),
-    "view.write_side_by_side.path": lambda: material.new_file("html"),
-    "view.write_study_report.path": lambda: material.new_file("html"),
-    "view.write_selection_report.path": lambda: material.new_file("html"),
-    "load_study.path": _study_file,
-    "path": lambda: str(material.new_file("nc")),
+    "load_study.path": lambda: hp.study.write_study(material.new_file("nc"), _study_parts()),
     "load_catalog.path": lambda: material.written("csv", material.catalog_text()),
     "load_case.path": lambda: material.written("toml", material.case_text()),
-    "load_sweep.path": lambda: material.written("toml", material.STUDY_TEXT),
+    "load_sweep.path": lambda: material.written("toml", material.SHORT_STUDY),
     "load_trace.path": lambda: material.written("nc", material.trace_bytes()),
-    "open_sweep.path": lambda: material.written("db", material.store_bytes()),
-    "SweepResult().path": lambda: material.written("db", material.store_bytes()),
-    "load_torque_map.path": lambda: instances(hp.study.TorqueMap)[0].save(material.new_file("nc")),
-    "load_gait_energy.path": lambda: instances(hp.study.GaitEnergy)[0].save(
-        material.new_file("nc")
-    ),
-    "load_summary.path": lambda: instances(hp.Summary)[0].save(material.new_file("json")),
-    "write_mcap.path": lambda: material.new_file("mcap"),
+    "open_sweep.path SweepResult().path": lambda: material.written("db", material.store_bytes()),
+    "load_torque_map.path": _saved(hp.study.TorqueMap, "nc"),
+    "load_gait_energy.path": _saved(hp.study.GaitEnergy, "nc"),
+    "load_summary.path": _saved(hp.Summary, "json"),
     "read_mcap.path": lambda: hp.interchange.write_mcap(
         material.trace(), material.new_file("mcap")
     ),
-    "write_joint_trajectory.path": lambda: material.new_file("yaml"),
-    "write_servo_ticks.path": lambda: material.new_file("csv"),
-    "write_joint_trajectory.source": _walk_plan,
-    "write_servo_ticks.source": _walk_plan,
+    "write_joint_trajectory.source write_servo_ticks.source": _walk_plan,
     "write_servo_ticks.servo": "dynamixel-x",
     "HeightField.from_csv.path": lambda: material.written("csv", "0,0,0\n0,0.1,0\n"),
+    "HeightField.from_image.path": lambda: material.written("pgm", b"P5 2 2 255\n\0\1\2\3"),
 }
-"""Sound arguments by call and parameter, or by parameter; of a function: what it returns."""
 
-EASY: Mapping[str, Any] = {"accuracy": 1e-3, "estimate": False}
-
-VARY: list[dict[str, Any]] = [{"input": "stroke", "values": [0.06, 0.08]}]
+BY_NAME: Mapping[str, Any] = {
+    name: value for names, value in _GIVEN.items() for name in names.split()
+}
+"""Sound arguments by call and parameter, by method and parameter, or by parameter; of a function:
+what it returns."""
 
 SMALL: Mapping[str, Mapping[str, Any]] = {
-    "simulate": {"duration": 2e-3, **EASY}, "amplification": {"duration": 0.02},
+    "simulate": {"duration": 2e-3, "limits": material.LIMITS, **EASY},
+    "amplification": {"duration": 0.02},
     "simulate_batch": {"threads": 1, **EASY}, "iterate_batch": {"threads": 1, **EASY},
-    "compare": {"duration": LEAST, "controllers": lambda: {"a": material.control()}, **QUICK},
-    "torque_map": {"strokes": [0.06], "cycle_times": [0.8], "check": 0, "walk": "arc", **QUICK},
+    "compare": {"duration": LEAST, "controllers": lambda: {"a": material.walk()}, **QUICK},
+    "torque_map": {"strokes": [0.04], "cycle_times": [0.4], "check": 0, "walk": "arc", **QUICK},
     "gait_energy": {
-        "speeds": [0.09], "check": 0, "gaits": lambda: {"a": material.control().gait}, **QUICK,
+        "speeds": [0.1], "stroke": 0.04, "check": 0, "gaits": lambda: {"a": hp.Gait.tripod()},
+        **QUICK,
     },
-    "judge_peaks": {"run": lambda: instances(hp.Case)[0], "threads": 1},
-    "select_motors": {"text": lambda: material.MOTORS_TEXT, "samples": 0, "threads": 1},
+    "judge_peaks": {"run": _first(hp.Case), "threads": 1},
+    "select_motors": {"text": material.MOTORS_TEXT, "samples": 0, "threads": 1},
     "run_sweep": {
         "study": lambda: hp.study.SweepStudy.from_toml(material.SHORT_STUDY), "threads": 1,
         "store": lambda: material.new_file("db"),
@@ -394,12 +334,12 @@ SMALL: Mapping[str, Mapping[str, Any]] = {
     "tune": {
         "make_controller": lambda: crouch, "start": {"angle": 0.0}, "budget": 10, "population": 5,
         "bounds": {"angle": (-0.2, 0.2)}, "objective": lambda: height,
-        "held_out": lambda: {"b": hp.Scene(material.robot())}, "threads": 1, **STEPS,
+        "held_out": lambda: {"b": hp.Scene(material.robot())}, "threads": 1, "duration": 0.05,
+        "method": "robust", "step": 2e-3,
     },
-    "Session()": {"limits": lambda: hp.simulation.WorkLimits(evaluations=3e4), "accuracy": 1e-3},
-    "joint_demand": {"postures": 2}, "HeightField.random": {"size": 1.0},
-    "uncertainty": {"grid_point": 0},
-    "write_joint_trajectory": {"duration": 5.0, "rate": 50.0},
-    "write_servo_ticks": {"duration": 5.0, "rate": 50.0},
+    "Session()": {"limits": material.LIMITS, "accuracy": 1e-3},
+    "joint_demand": {"postures": 2}, "uncertainty": {"grid_point": 0},
+    "write_joint_trajectory": {"duration": 5.0, "rate": 100.0},
+    "write_servo_ticks": {"duration": 5.0, "rate": 100.0},
 }  # fmt: skip
 """What is always given, so that a sound call ends within a second."""

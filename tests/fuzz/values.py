@@ -7,6 +7,7 @@ import fractions
 import math
 import random
 import re
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -35,11 +36,6 @@ OTHERS: tuple[Any, ...] = (
 )  # fmt: skip
 
 
-def odd_other(rng: random.Random) -> Any:
-    """Return anything but a number."""
-    return rng.choice(OTHERS)
-
-
 def odd_value(rng: random.Random) -> Any:
     """Return a number or something else."""
     if rng.random() < 0.5:
@@ -56,20 +52,16 @@ def odd_text(text: str, rng: random.Random) -> str:
     return text
 
 
-def _other_number(text: str, rng: random.Random) -> str:
-    found = list(re.finditer(r"-?\d+\.?\d*(?:e-?\d+)?", text))
+def _other(pattern: str, values: tuple[Any, ...], text: str, rng: random.Random) -> str:
+    found = list(re.finditer(pattern, text))
     if not found:
         return text
     place = rng.choice(found)
-    return text[: place.start()] + str(rng.choice(NUMBERS)) + text[place.end() :]
+    return text[: place.start()] + str(rng.choice(values)) + text[place.end() :]
 
 
-def _other_word(text: str, rng: random.Random) -> str:
-    found = list(re.finditer(r"[A-Za-z_]{2,}", text))
-    if not found:
-        return text
-    place = rng.choice(found)
-    return text[: place.start()] + rng.choice(WORDS) + text[place.end() :]
+_other_number = partial(_other, r"-?\d+\.?\d*(?:e-?\d+)?", NUMBERS)
+_other_word = partial(_other, "[A-Za-z_]{2,}", WORDS)
 
 
 def _cut(text: str, rng: random.Random) -> str:

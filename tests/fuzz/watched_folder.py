@@ -10,12 +10,11 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
-import random
 import re
 import stat
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import NamedTuple
 
 PAST = 1_000_000_000
 """Time of the last change of every file of others [s]: one that is written again has another."""
@@ -60,19 +59,8 @@ TEMPORARY = re.compile(r"\.hexapod-.*\.tmp$|-lock$|\.lock$|-journal$|-wal$|-shm$
 SHARED_DEVICES = ("/dev/null", "/dev/zero", "/dev/full", "/dev/tty", "/dev/random")
 
 
-@dataclass(frozen=True, slots=True)
-class Mark:
-    """What is looked at of a file.
-
-    Attributes:
-        kind: of the node, as `stat.S_IFMT`.
-        mode: permissions.
-        node: number of the inode.
-        links: number of names; 0 of a folder.
-        size: [bytes]; 0 of a folder.
-        modified: [ns] of a regular file or a link; 0 of others, whose time changes with every use.
-        content: digest of a regular file, target of a link.
-    """
+class Mark(NamedTuple):
+    """What is looked at of a file; of a folder not its size and links, which change with use."""
 
     kind: int
     mode: int
@@ -82,19 +70,9 @@ class Mark:
     modified: int
     content: str
 
-    def differences(self, other: Mark) -> list[str]:
-        """Return the names of what differs."""
-        return [
-            one.name for one in fields(self) if getattr(self, one.name) != getattr(other, one.name)
-        ]
-
 
 def mark_of(path: Path | str) -> Mark:
-    """Return the mark of what a path names, links not followed.
-
-    Raises:
-        OSError: there is nothing.
-    """
+    """Return the mark of what a path names, links not followed."""
     found = os.lstat(path)
     kind, content = stat.S_IFMT(found.st_mode), ""
     if kind == stat.S_IFREG and found.st_size <= LARGEST_READ:
@@ -111,26 +89,8 @@ def mark_of(path: Path | str) -> Mark:
     )  # fmt: skip
 
 
-class _Looks:
-    """Counts the files that were looked at again."""
-
-    files = 0
-
-
-LOOKS = _Looks()
-"""Of this process."""
-
-
 class WatchedFolder:
-    """The tree, with all that `TEXTS`, `LINKS` and the others list.
-
-    Attributes:
-        root: of the tree.
-        work: where inputs work.
-        home: a home folder.
-        temporary: for temporary files.
-        foreign: files of others beside the working folder.
-    """
+    """The tree, with all that `TEXTS`, `LINKS` and the others list."""
 
     def __init__(self, root: Path) -> None:
         """Make the tree below an empty folder."""
@@ -143,7 +103,8 @@ class WatchedFolder:
             path.write_text(text, encoding="utf-8")
         for name, target in LINKS.items():
             (self.work / name).symlink_to(target)
-        self._link_hard()
+        for name, target in HARD_LINKS.items():
+            (self.work / name).hardlink_to(root / target)
         for name in PIPES:
             os.mkfifo(self.work / name)
         for name in FOLDERS:
@@ -153,18 +114,8 @@ class WatchedFolder:
                 os.mknod(self.work / name, stat.S_IFCHR | 0o666, os.makedev(*number))
         for name in TEXTS:
             os.utime(root / name, (PAST, PAST))
-        self.before = dict[Path, Mark]()
+        self.hard_links = frozenset(self.work / name for name in HARD_LINKS)
         self.watch()
-
-    @property
-    def hard_links(self) -> frozenset[Path]:
-        """The further names of files of others: one that is replaced leaves the file as it is."""
-        return frozenset(self.work / name for name in HARD_LINKS)
-
-    def _link_hard(self) -> None:
-        for name, target in HARD_LINKS.items():
-            (self.work / name).unlink(missing_ok=True)
-            (self.work / name).hardlink_to(self.root / target)
 
     def watch(self) -> None:
         """Look at all there is now: from now on it is of others, and must not change."""
@@ -172,8 +123,16 @@ class WatchedFolder:
 
     def accept(self) -> None:
         """Take what has changed for what is right from now on, hard links made anew."""
-        self._link_hard()
+        for name, target in HARD_LINKS.items():
+            (self.work / name).unlink(missing_ok=True)
+            (self.work / name).hardlink_to(self.root / target)
         self.before = {path: mark_of(path) for path in self.before if os.path.lexists(path)}
+
+    def clear(self) -> None:
+        """Remove what is new, folders apart."""
+        for path in set(self._all()) - self.before.keys():
+            if path.is_symlink() or not path.is_dir():
+                path.unlink()
 
     def changes(self, named: frozenset[Path] = frozenset()) -> list[str]:
         """Return what has changed in the files of others, one line each.
@@ -182,14 +141,14 @@ class WatchedFolder:
             named: absolute paths that the input is to write. A regular file of that name may be
                 replaced, and another name of it then counts one name fewer.
         """
-        LOOKS.files += len(self.before)
         found = list[str]()
         freed = {self.before[path].node for path in named if path in self.before}
         for path, before in self.before.items():
             if path in named and before.kind == stat.S_IFREG:
                 continue
             try:
-                differing = before.differences(mark_of(path))
+                pairs = zip(Mark._fields, before, mark_of(path), strict=True)
+                differing = [name for name, one, other in pairs if one != other]
             except OSError:
                 differing = ["is gone"]
             if before.node in freed and differing == ["links"]:
@@ -205,10 +164,8 @@ class WatchedFolder:
 
     def left_over(self, named: frozenset[Path] = frozenset()) -> list[str]:
         """Return new files whose names tell that they should be gone."""
-        return [
-            name for name in self.new_files(named)
-            if TEMPORARY.search(name) or name.startswith("tmp/")
-        ]  # fmt: skip
+        new = self.new_files(named)
+        return [name for name in new if TEMPORARY.search(name) or name.startswith("tmp/")]
 
     def _all(self) -> Iterator[Path]:
         for folder, folders, files in os.walk(self.root):
@@ -219,9 +176,3 @@ class WatchedFolder:
     def _shown(self, path: Path) -> str:
         text = os.path.relpath(path, self.root) if path.is_relative_to(self.root) else str(path)
         return text.encode("unicode_escape", "surrogatepass").decode("ascii")
-
-
-def hazard(rng: random.Random, *endings: str) -> str:
-    """Return a name in the working folder that leads to a file of others, by one of the endings."""
-    fitting = [name for name in HAZARDS if name.endswith(endings)] if endings else []
-    return rng.choice(fitting or HAZARDS)
