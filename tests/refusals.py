@@ -38,21 +38,14 @@ def refused(
         name: its field `name`, exactly: the dotted name of a parameter, a package, a resource.
         value: its field `value`; two NaN are equal, and so are arrays of equal numbers.
         allowed: numbers that its field `allowed` must state.
-        about: names, paths and numbers that its message must contain; a number must stand there as
-            a word of its own.
+        about: what its message must contain; a number must stand there as a word of its own.
         fields: any other fields, by name: `leg="lf"`, `quantity="stroke"`, `limit=...`.
-
-    Yields:
-        What `pytest.raises` yields; `.value` is the error once the block has ended.
     """
     with pytest.raises(kind) as caught:
         yield caught
     error = caught.value
-    expected = dict(fields)
-    if name is not None:
-        expected["name"] = name
-    if value is not ANY:
-        expected["value"] = value
+    expected = {**({} if name is None else {"name": name}), **fields}
+    expected |= {} if value is ANY else {"value": value}
     for field, wanted in expected.items():
         assert hasattr(error, field), f"{type(error).__name__} has no {field}: {error}"
         found = getattr(error, field)
@@ -62,7 +55,9 @@ def refused(
         for number in allowed:
             assert number in numbers, f"{number} is none of the numbers that are allowed: {error}"
     for word in about:
-        assert _stands_in(word, str(error)), f"{word!r} is not in the message: {error}"
+        message = str(error)
+        place = NUMBER.findall(message) if NUMBER.fullmatch(word) else message
+        assert word in place, f"{word!r} is not in the message: {error}"
 
 
 def _equal(found: Any, wanted: Any) -> bool:
@@ -77,10 +72,3 @@ def _equal(found: Any, wanted: Any) -> bool:
     if isinstance(found, float) and isinstance(wanted, float) and found != found:
         return wanted != wanted
     return bool(found == wanted)
-
-
-def _stands_in(word: str, message: str) -> bool:
-    """Return whether the message contains the word; a number not as a part of another one."""
-    if NUMBER.fullmatch(word):
-        return word in NUMBER.findall(message)
-    return word in message

@@ -7,7 +7,6 @@ import csv
 import io
 import re
 from contextlib import nullcontext
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -21,7 +20,7 @@ from synthetic import synthetic_trace, with_run
 
 import hexapod_pin as hp
 import hexapod_pin.commands
-from hexapod_pin.benchmark.report import BenchmarkReport, csv_text, write_report
+from hexapod_pin.benchmark.report import BenchmarkReport, csv_text
 from hexapod_pin.commands.progress import progress_bar, time_left_bar
 from hexapod_pin.commands.terminal import echo
 from hexapod_pin.drive.catalog import Catalog, MotorRecord
@@ -50,20 +49,13 @@ def test_a_terminal_is_given_no_control_characters(capsys):
         assert capsys.readouterr() == (f"{shown}\n", f"{shown}\n")
 
 
-@pytest.mark.parametrize(
-    "options",
-    [
-        ("\x1b[31m\u202e",),
-        ("walk", "--\x9b\u202e"),
-        ("walk", "kharagpur", "--gait", "\x1b[31m\u202e"),
-    ],
-)
-def test_arguments_are_quoted_visibly(options: tuple[str, ...], run: Run) -> None:
+def test_arguments_are_quoted_visibly(run: Run) -> None:
     """In the error of a command line that cannot be understood, and of a wrong value."""
-    found = run(*options)
-    assert found.status == 2
-    assert r"\u202e" in found.err
-    assert not set("\x07\x1b\x9b\u202e") & set(found.out + found.err)
+    for options in (("\x1b[31m\u202e",), ("walk", "kharagpur", "--gait", "\x9b31m\u202e")):
+        found = run(*options)
+        assert found.status == 2
+        assert r"\u202e" in found.err
+        assert not set("\x07\x1b\x9b\u202e") & set(found.out + found.err)
 
 
 def test_titles_and_notes_are_texts(monkeypatch, capsys):
@@ -96,8 +88,7 @@ def test_commands_print_at_one_place() -> None:
     ("row", "column", "value"),
     [
         ("A\x1b]0;title\x07,maker,x", "model", "A\x1b]0;title\x07"),
-        ('"A\nB",maker,x', "model", "A\nB"), ("A,\u202eROBOTIS,x", "maker", "\u202eROBOTIS"),
-        ('A,maker,"page\x7f 2"', "note", "page\x7f 2"),
+        ('"A\nB",maker,x', "model", "A\nB"), ('A,maker,"page\u202e"', "note", "page\u202e"),
     ],
 )  # fmt: skip
 def test_a_catalogue_with_control_characters_is_refused(row, column, value, tmp_path):
@@ -146,16 +137,7 @@ def column(name: str, values: np.ndarray) -> dict[str, Column]:
 def test_an_unpaired_surrogate_is_an_escape_in_tables_and_pages(tmp_path: Path) -> None:
     reasons = column("reason", np.array(["a\ud800"], dtype=object))
     assert r"a\ud800" in sweep_csv(column("case", np.arange(1)) | reasons).decode()
-    found = chosen("M1")
-    use = replace(found.candidates[0].uses[0], reasons=("a\ud800",))
-    found = replace(found, candidates=(replace(found.candidates[0], uses=(use,)),))
-    assert r"a\ud800" in write_selection_csv(found, tmp_path / "m.csv").read_text("utf-8")
-    report = BenchmarkReport(Machine.here(), "bench a\ud800", ())
-    assert r"a\ud800" in write_report(report, tmp_path / "a.md").read_text("utf-8")
     trace = synthetic_trace(duration=0.1)
-    names = tuple(f"{name}\ud800" for name in trace.joint_names)
-    replace(trace, joint_names=names).save(tmp_path / "a.csv")
-    assert rf"{names[0][:-1]}\ud800" in (tmp_path / "a.csv").read_text("utf-8")
     facts = trace.run.robot.model_copy(update={"name": "a\ud800"})  # which a file cannot have
     odd = with_run(trace, robot=facts)
     assert r"a\ud800" in html.write_html(odd, tmp_path / "a.html").read_text("utf-8")
@@ -204,6 +186,11 @@ def test_names_in_figures_are_drawn_as_they_are() -> None:
     axes = ticks.subplots()
     axes.set_xticks(range(len(NAMES)), NAMES)
     axes.set_yscale("log")
+    for name, drawn in NAMES.items():  # as of a report's pictures, before they are drawn
+        titled = Figure(layout="constrained")
+        titled.subplots().set_title(name)
+        settle_layout(titled)
+        assert titled.axes[0].get_title() == drawn
     for figure in (found, ticks):
         images = {ending: figure_bytes(figure, ending) for ending in ("svg", "png")}
         texts = [text.get_text() for text in figure.findobj(Text)]
@@ -211,15 +198,6 @@ def test_names_in_figures_are_drawn_as_they_are() -> None:
         assert images["svg"].count(b"frac") == 1
     powers = [text.get_text() for text in axes.get_yticklabels()]
     assert any("10^{" in text for text in powers)  # those of a logarithmic axis stay formulas
-
-
-def test_a_layout_is_settled_whatever_the_names_are() -> None:
-    """As that of a report's pictures, before they are drawn."""
-    for name, drawn in NAMES.items():
-        figure = Figure(layout="constrained")
-        figure.subplots().set_title(name)
-        settle_layout(figure)
-        assert figure.axes[0].get_title() == drawn
 
 
 def costs(*names: str) -> hp.study.GaitEnergy:

@@ -50,14 +50,12 @@ def texts() -> dict[str, dict[str, Any]]:
         hp.LostLeg("lf", 0.5), hp.loads.MassFactor(1.1),
     ]  # fmt: skip
     stairs = hp.Stairs(rise=0.02, run=0.2, count=3)
-    walk = hp.KinematicControl(GAIT)
-    control = hp.FootControl(walk)
+    control = hp.FootControl(hp.KinematicControl(GAIT))
     checkpoint = hp.simulate(SCENE, control, duration=0.01).checkpoint
+    arc, fixed = hp.motion.ArcWalk(GAIT), {"method": "robust", "step": 1e-3, "record": ["motion"]}
     cases = {
-        "walk": hp.Case(SCENE, walk, duration=0.02, accuracy=1e-3, record=["motion"]),
         "feedback": hp.Case(SCENE, control, checkpoint, duration=0.02),
-        "arc": hp.Case(SCENE, hp.motion.ArcWalk(GAIT), duration=0.02),
-        "hold": hp.Case(SCENE, hp.HoldPosture(), ROBOT.stand(), method="robust", step=1e-3),
+        "arc": hp.Case(SCENE, arc, ROBOT.stand(), **fixed),
     }
     return {
         "scene": hp.Scene(ROBOT, terrain=stairs, loads=loads).to_dict(),
@@ -69,7 +67,7 @@ def texts() -> dict[str, dict[str, Any]]:
 READERS: dict[str, Callable[[Any], Any]] = {
     "scene": hp.Scene.from_toml, "study": hp.study.SweepStudy.from_toml,
     "feedback": partial(case_from_dict, hp.Case),  # a checkpoint's text takes long to parse
-    **dict.fromkeys(("walk", "arc", "hold"), hp.Case.from_toml),
+    "arc": hp.Case.from_toml,
 }  # fmt: skip
 
 

@@ -47,14 +47,9 @@ READERS = {
     "mesh": (read_mesh, ".stl", MeshError), "mesh of trimesh": (read_mesh, ".ply", MeshError),
 }  # fmt: skip
 
-def _huge(path: Path) -> None:
-    with open(path, "wb") as stream:
-        stream.truncate(5_000_000_000)
-
-
-KINDS: dict[str, Callable[[Path], None]] = {
+KINDS: dict[str, Callable[[Path], object]] = {
     "pipe": os.mkfifo, "device": lambda path: path.symlink_to("/dev/zero"), "folder": Path.mkdir,
-    "huge": _huge,
+    "huge": lambda path: (path.touch(), os.truncate(path, 5_000_000_000)),
 }  # fmt: skip
 
 
@@ -73,21 +68,20 @@ def test_what_is_no_regular_file_of_its_size_is_refused(reader, kind, tmp_path):
 
 def test_files_named_in_other_files(tmp_path: Path) -> None:
     """A study or a robot of a stranger names them; also those that are looked for unasked."""
-    make = KINDS["pipe"]
     urdf = tmp_path / "r.urdf"
     urdf.write_text(hp.urdf_path("kharagpur").read_text(encoding="utf-8"))
-    make(tmp_path / "r.hints.toml")
+    os.mkfifo(tmp_path / "r.hints.toml")
     with refused(ParameterError, "hints file", str(tmp_path / "r.hints.toml")):
         hp.load_robot(urdf)
-    make(tmp_path / "package.xml")  # of the folder: looked at for the name of a package
+    os.mkfifo(tmp_path / "package.xml")  # of the folder: looked at for the name of a package
     (tmp_path / "r.hints.toml").unlink()
     assert hp.load_robot(urdf).name == "kharagpur"
-    make(tmp_path / "c.csv")
+    os.mkfifo(tmp_path / "c.csv")
     text = f'schema = 1\n[base]\nrobot = "kharagpur"\n[motors]\ncatalog = "{tmp_path}/c.csv"\n'
     with refused(CatalogError, source=str(tmp_path / "c.csv"), line=0):
         hp.select_motors(text, tmp_path)
     xacro = tmp_path / "a.xacro"
-    make(tmp_path / "b.xacro")
+    os.mkfifo(tmp_path / "b.xacro")
     xacro.write_text(
         '<robot name="a" xmlns:xacro="http://www.ros.org/wiki/xacro">'
         '<xacro:include filename="b.xacro"/></robot>'
@@ -104,10 +98,9 @@ def test_a_mesh_names_no_file_outside_its_folder(tmp_path: Path) -> None:
     for uri in ("/dev/zero", "../secret.bin", "pipe.bin"):
         data = {
             "asset": {"version": "2.0"}, "buffers": [{"uri": uri, "byteLength": 36}],
-            "bufferViews": [{"buffer": 0, "byteLength": 36}],
+            "bufferViews": [{"buffer": 0, "byteLength": 36}], "scenes": [{"nodes": [0]}],
             "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}],
             "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}], "nodes": [{"mesh": 0}],
-            "scenes": [{"nodes": [0]}], "scene": 0,
         }  # fmt: skip
         (tmp_path / "in" / "a.gltf").write_text(json.dumps(data))
         with pytest.raises(hp.errors.MeshError):

@@ -63,13 +63,13 @@ def test_every_error_survives(kind: type[HexapodError]) -> None:
 class _LaterError(ParameterError):
     """A type added later, whose constructor shares nothing with that of its base."""
 
-    def __init__(self, *, leg: str, angle: float) -> None:
-        self.leg, self.angle = leg, angle
-        super().__init__("angle", angle, f"possible for {leg}")
+    def __init__(self, *, leg: str) -> None:
+        self.leg = leg
+        super().__init__("angle", 0.1, f"possible for {leg}")
 
 
 def test_a_type_of_error_added_later_survives() -> None:
-    error = _LaterError(leg="lf", angle=0.1)
+    error = _LaterError(leg="lf")
     for again in (copied(error) for copied in COPIES.values()):
         assert (type(again), str(again), vars(again)) == (_LaterError, str(error), vars(error))
 
@@ -91,6 +91,7 @@ class Nameless:
     """Has no text and cannot be pickled."""
 
     def __repr__(self) -> str:
+        """Fail."""
         raise ValueError("no text")
 
     __reduce__ = __repr__  # type: ignore[assignment]
@@ -115,11 +116,12 @@ def test_errors_that_hold_traces_errors_or_themselves_survive() -> None:
 
 @pytest.fixture(scope="module")
 def samples(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Any]]:
-    """One or more of each type of public data, by its name."""
+    """One or two of each type of public data, by its name."""
     found: dict[str, list[Any]] = {}
-    for one in public_samples.samples(tmp_path_factory.mktemp("samples")):
+    roots = public_samples.samples(tmp_path_factory.mktemp("samples"))
+    for one in public_samples.within(roots, set()):
         found.setdefault(type(one).__name__, []).append(one)
-    return found
+    return {name: several[:2] for name, several in found.items()}
 
 
 PUBLIC = [
@@ -146,16 +148,6 @@ def test_public_data_survives(name: str, samples: dict[str, list[Any]]) -> None:
             assert not list(differences(one, again)), how
             if type(one).__eq__ is not object.__eq__ and name not in COMPARED_IN_PART:
                 assert again == one, how
-
-
-def test_a_copied_robot_runs_to_the_bit_and_is_found_again() -> None:
-    scene, control = hp.Scene(public_samples.robot()), public_samples.walk()
-    again = pickle.loads(pickle.dumps(scene))
-    assert again.robot is not scene.robot and again.robot.digest == scene.robot.digest
-    assert again.robot.model == scene.robot.model
-    here, there = (hp.simulate(one, control, duration=0.2) for one in (scene, again))
-    assert there.digest == here.digest
-    assert hp.load_case(there) == hp.Case(scene, control, duration=0.2)
 
 
 def test_a_copied_robot_finds_its_file_and_meshes_from_another_folder(

@@ -1,6 +1,6 @@
 """Odd inputs through every public door: each must be used, or refused with an error of the package.
 
-    python tests/fuzz --inputs 95000 --commands 5000 --processes 2 --page faults.md
+    python tests/fuzz --inputs 95000 --commands 5000 --processes 2 > faults.md
     python tests/fuzz --again forged_trace 17        # one input again, here
 
 Inputs are tried in watched processes, commands as processes of their own besides; files of others
@@ -25,9 +25,10 @@ if __name__ == "__main__":  # in place of this folder
     sys.path[0] = str(Path(__file__).resolve().parents[1])
 
 from fuzz import DOORS, SELDOM, Outcome, run_campaign
-from fuzz.campaign import FAULT, REFUSED, USED, WEIGHTS
+from fuzz.campaign import FAULT, REFUSED, USED
 from fuzz.command_process import run_one
-from fuzz.shown import FaultFound
+from fuzz.doors import WEIGHTS
+from fuzz.values import FaultFound
 from hexapod_pin.errors import HexapodError
 from hexapod_pin.text_table import Table
 
@@ -42,26 +43,29 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--processes", type=int, default=2, help="at a time")
     parser.add_argument("--doors", default=",".join(DOORS), help="separated by commas")
     parser.add_argument("--seed", type=int, help="first seed; default: of the clock")
-    parser.add_argument("--page", type=Path, help="Markdown file to write")
     parser.add_argument("--again", nargs=2, metavar=("DOOR", "SEED"), help="one input, here")
     given = parser.parse_args(argv)
     if given.again:
         return again(*given.again)
     first = given.seed if given.seed is not None else time.time_ns() // 1000
-    begin, inputs = time.monotonic(), drawn(given, first)
+    begin, inputs, done = time.monotonic(), drawn(given, first), Counter[str]()
+
+    def report(outcome: Outcome) -> None:
+        done[outcome.kind] += 1
+        if outcome.kind == FAULT:
+            print(f"{outcome.door} {outcome.seed}: {outcome.fault}", file=sys.stderr, flush=True)
+        if done.total() % 500 == 0:
+            print(f"{done.total()} of {len(inputs)} inputs", file=sys.stderr, flush=True)
+
     if any(door in SELDOM for door, _ in inputs):
         write_byte_code(given.processes)
-    found = run_campaign(inputs, given.processes, _progress(len(inputs)))
-    faults = [outcome for outcome in found if outcome.kind == FAULT]
-    about = (
-        f"{len(found)} of {len(inputs)} inputs, seeds from {first}; "
-        f"{time.monotonic() - begin:.0f} s. {len(faults)} faults. Times are processor times."
+    found = run_campaign(inputs, given.processes, report)
+    print(
+        f"# Odd inputs\n\n{len(found)} of {len(inputs)} inputs, seeds from {first}; "
+        f"{time.monotonic() - begin:.0f} s. {done[FAULT]} faults. Times are processor times.\n"
     )
-    text = page(about, found, faults)
-    print(text)
-    if given.page:
-        given.page.write_text(text, encoding="utf-8")
-    return int(bool(faults))
+    print(*tables(found), sep="\n\n")
+    return int(done[FAULT] > 0)
 
 
 def write_byte_code(processes: int) -> None:
@@ -111,25 +115,9 @@ def again(door: str, seed: str) -> int:
     return 0
 
 
-def _progress(total: int) -> Any:
-    """Return what shows progress on stderr, and the first fault of each cause."""
-    counts, known = Counter[str](), set[tuple[str, str]]()
-
-    def show(outcome: Outcome) -> None:
-        counts[outcome.kind] += 1
-        if outcome.kind == FAULT and (outcome.door, outcome.cause) not in known:
-            known.add((outcome.door, outcome.cause))
-            print(f"{outcome.door} {outcome.seed}: {outcome.fault}", file=sys.stderr, flush=True)
-        done = counts.total()
-        if done % 500 == 0 or done == total:
-            print(f"{done} of {total} inputs, {counts[FAULT]} faults", file=sys.stderr, flush=True)
-
-    return show
-
-
-def page(about: str, found: Sequence[Outcome], faults: Sequence[Outcome]) -> str:
-    """Return the table of doors and the list of distinct faults."""
-    rows = []
+def tables(found: Sequence[Outcome]) -> list[str]:
+    """Return the table of doors and that of distinct faults."""
+    rows, causes = [], dict[tuple[str, str], list[Outcome]]()
     for door in sorted({outcome.door for outcome in found}, key=list(DOORS).index):
         own = [outcome for outcome in found if outcome.door == door]
         kinds = Counter(outcome.kind for outcome in own)
@@ -137,17 +125,17 @@ def page(about: str, found: Sequence[Outcome], faults: Sequence[Outcome]) -> str
         counts = (str(kinds[kind]) for kind in (USED, REFUSED, FAULT))
         times = (f"{sum(seconds) / len(own):.3f}", f"{max(seconds):.2f}")
         rows.append((door, str(len(own)), *counts, *times))
+        for outcome in own:
+            if outcome.kind == FAULT:
+                causes.setdefault((door, outcome.cause), []).append(outcome)
     head = ("door", "inputs", USED, REFUSED, FAULT, "mean [s]", "slowest [s]")
-    causes: dict[tuple[str, str], list[Outcome]] = {}
-    for outcome in faults:
-        causes.setdefault((outcome.door, outcome.cause), []).append(outcome)
     listed = [
         (one[0].door, str(one[0].seed), str(len(one)), one[0].fault)
         for one in sorted(causes.values(), key=len, reverse=True)
     ]
-    parts = [Table("Doors", head, rows).markdown()]
-    parts += [Table("Faults", ("door", "seed", "times", "what"), listed).markdown()] * bool(listed)
-    return "\n\n".join(["# Odd inputs", about, *parts]) + "\n"
+    shown = [Table("Doors", head, rows)]
+    shown += [Table("Faults", ("door", "seed", "times", "what"), listed)] if listed else []
+    return [table.markdown() for table in shown]
 
 
 if __name__ == "__main__":

@@ -18,23 +18,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from fuzz import material
-from fuzz.call_doors import CALL_DOORS
-from fuzz.command_door import command_line
-from fuzz.command_process import command_process
-from fuzz.command_run import LONGEST_WAIT as LONGEST_COMMAND
-from fuzz.command_run import PATIENCE, processor_time
-from fuzz.file_doors import FILE_DOORS
-from fuzz.shown import FaultFound, described, is_wrong_call
+from fuzz.command_process import LONGEST_WAIT as LONGEST_COMMAND
+from fuzz.command_process import PATIENCE, processor_time
+from fuzz.doors import DOORS, SELDOM
+from fuzz.values import FaultFound, described, is_wrong_call
 from hexapod_pin.errors import HexapodError, UserCodeError
-
-DOORS = {door.__name__: door for door in (*FILE_DOORS, *CALL_DOORS, command_line, command_process)}
-"""All doors by name: each draws one input from a seeded generator and pushes it through."""
-
-WEIGHTS = {"public_call": 6, "command_line": 2}
-"""How many inputs go to a door for each that goes to another: it stands for hundreds of calls."""
-
-SELDOM = ("command_process",)
-"""Doors whose inputs are processes of their own, which take half a second each."""
 
 LONGEST_WAIT = LONGEST_COMMAND + 60.0
 """An input that takes longer hangs, whether it computes or not [s]."""

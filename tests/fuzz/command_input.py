@@ -12,11 +12,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import get_type_hints
+
+import typer
 
 import hexapod_pin as hp
 from fuzz import material
-from fuzz.values import ESCAPE, NUMBERS, odd_text
+from fuzz.values import ESCAPE, NUMBERS, WORDS, odd_text
 from fuzz.watched_folder import HAZARDS, WatchedFolder
 from hexapod_pin.drive.catalog.catalog import catalog_text
 
@@ -51,14 +53,6 @@ OUTPUTS: Mapping[str, tuple[str, ...]] = {
 
 OUT = 2
 """Place of the word that names the file to write, in a command without an option for it."""
-
-INPUTS: Mapping[str, tuple[str, ...]] = {
-    "walk": ("--catalog", "--package-path"), "run": ("--import",), "check": ("--package-path",),
-    "repair": ("--package-path",), "budget": ("--catalog-file", "--import"),
-    "compare": ("--import",), "sweep": ("--import",), "select": ("--catalog",),
-    "view": ("--package-path",), "export": ("--import", "--package-path"),
-}  # fmt: skip
-"""Options that name a file or folder to read."""
 
 DEFAULT_OUTPUTS: Mapping[str, tuple[str, ...]] = {
     "walk": ("walk.nc", "walk.html"), "run": ("run.nc", "run.html"), "contact": ("contact.png",),
@@ -99,9 +93,9 @@ ENVIRONMENTS: tuple[Mapping[str, str | None], ...] = (
 """Changes of the environment; None takes a variable away."""
 
 LIMITS: tuple[tuple[str, int], ...] = (
-    ("FSIZE", 0), ("FSIZE", 512), ("FSIZE", 4096), ("FSIZE", 30_000), ("FSIZE", 200_000),
-    ("NOFILE", 8), ("NOFILE", 12), ("NOFILE", 16), ("NOFILE", 32), ("AS", 300_000 * 1024),
-    ("AS", 500 << 20), ("AS", 1 << 30), ("AS", 2 << 30), ("CORE", 0), ("STACK", 1 << 20),
+    ("FSIZE", 0), ("FSIZE", 512), ("FSIZE", 30_000), ("FSIZE", 200_000), ("NOFILE", 8),
+    ("NOFILE", 16), ("NOFILE", 32), ("AS", 300 << 20), ("AS", 500 << 20), ("AS", 1 << 30),
+    ("AS", 2 << 30), ("CORE", 0), ("STACK", 1 << 20),
 )  # fmt: skip
 """Limits of the process, by their names in `resource` without RLIMIT_."""
 
@@ -112,11 +106,6 @@ FIRST_SIGNAL = 0.2
 
 TRAPS = ("struct.py", "json.py", "random.py", "numpy.py", "sitecustomize.py", "hexapod_pin.py")
 """Modules in the working folder that nothing may import."""
-
-WORDS = (
-    "", "x", "nan", "-", "--", "a\0b", "é" * 300, "x/" * 3000, "~unknown/x", "/",
-    "/dev/null", ".", "..", "*", "1e-4", "0.01",
-)  # fmt: skip
 
 LEFT_OUT = {"--help", "--force", "--show", "--hard", "--all", "--engines", "--peers", "--rounds"}
 """Options that ask for long work, or say what is said anyway."""
@@ -130,13 +119,12 @@ class CommandInput:
     """A command as a process, and what it meets.
 
     Attributes:
-        words: after the program's name.
         script: whether it is the console script; else `python -m hexapod_pin`.
         named: absolute paths that it is told to write, and does not read.
         promised: those that must be there where it ends with status 0.
         plants: what is laid down in its folder.
         streams: kind of stdin, stdout and stderr; empty: a plain one.
-        after: bytes that a reader takes before it leaves or hurries.
+        after: bytes that a reader takes before it leaves.
         gone: whether the working folder is removed.
         ignored: whether SIGINT is ignored when it starts.
         signals: processor time at which each is sent [s], and whether to all of its processes.
@@ -176,17 +164,18 @@ def sound_files() -> Mapping[str, bytes]:
 
 
 @cache
-def options() -> dict[str, list[str]]:
-    """Return the options of each command."""
-    import typer
-
+def options(kind: str = "") -> dict[str, list[str]]:
+    """Return the options of each command, those whose type is called so."""
     from hexapod_pin.commands.app import app
 
-    group: Any = typer.main.get_command(app)
+    hints = {one.callback.__name__: get_type_hints(one.callback) for one in app.registered_commands}
     return {
-        name: [option for one in command.params for option in one.opts if option.startswith("--")]
-        for name, command in group.commands.items()
-    }
+        name: [
+            option for one in command.params for option in one.opts
+            if option.startswith("--") and kind in str(hints[name].get(one.name))
+        ]
+        for name, command in typer.main.get_command(app).commands.items()
+    }  # fmt: skip
 
 
 def odd_options(command: Sequence[str], rng: random.Random) -> list[str]:
@@ -318,7 +307,8 @@ def _with_option(words: list[str], option: str, value: str, rng: random.Random) 
 def _odd_input(found: CommandInput, rng: random.Random) -> None:
     """Put something else where a file is read, or a sound one under an odd name."""
     sound = [k for k, word in enumerate(found.words) if word in sound_files()]
-    named = INPUTS.get(found.words[0], ())
+    name = found.words[0]
+    named = [one for one in options("Path").get(name, ()) if one not in OUTPUTS.get(name, ())]
     if named and (not sound or rng.random() < 0.3):
         path = rng.choice(("controllers.py", "motors.csv", *_ENDLESS))
         found.words = _with_option(found.words, rng.choice(named), path, rng)
@@ -353,29 +343,8 @@ def _odd_content(found: CommandInput, rng: random.Random) -> None:
     """Change what stands in one of the files that are read."""
     name = rng.choice([word for word in found.words if word in sound_files()] or ["motors.csv"])
     text = sound_files()[name].decode("latin-1")
-    old, new = rng.choice(_HOSTILE.get(name, (("", ""),)))
-    changed = text.replace(old, new, 1) if old and old in text else odd_text(text, rng)
-    data = changed.encode("utf-8" if not name.endswith((".nc", ".db")) else "latin-1", "replace")
-    found.plants.append(_file(name, data))
+    found.plants.append(_file(name, odd_text(text, rng).encode("latin-1", "replace")))
     found.exact = False
-
-
-_HOSTILE: Mapping[str, tuple[tuple[str, str], ...]] = {
-    "motors.csv": (("AX-12A", f"{ESCAPE}AX"), ("AX-12A", "=HYPERLINK(1)"), ("AX-12A", "@SUM(1)"),
-                   ("AX-12A", "\u202eAX"), ("AX-12A", "</script>")),
-    "study.toml": (("schema = 1", 'schema = 1\nname = "\\u001b]0;owned\\u0007"'),
-                   ("schema = 1", 'schema = 1\nname = "=1+1"'), ("kharagpur", "/dev/zero"),
-                   ("kharagpur", "pipe.nc")),
-    "motors.toml": (("[motors]", '[motors]\ncatalog = "/dev/zero"'), ("kharagpur", "/dev/zero"),
-                    ("[motors]", '[motors]\ncatalog = "pipe.csv"'), ("AX-12A", "\\u001bAX")),
-    "case.toml": (("kharagpur", "\\u001b]0;owned\\u0007"), ("kharagpur", "/dev/zero")),
-    "robot.urdf": (('<robot name="', f'<robot name="{chr(0x9b)}31m'), ("coxa", "=HYPERLINK(1)"),
-                   ("revolute", "prismatic"), ("lf_coxa_joint", "&#10;a")),
-    "controllers.py": (("A = 1", "import sys; sys.exit(0)"), ("A = 1", "raise KeyboardInterrupt"),
-                       ("A = 1", f"raise ValueError({ESCAPE!r})"),
-                       ("A = 1", "import os; os.chdir('/')"),
-                       ("A = 1", "raise SystemExit('a')"), ("A = 1", "A = [")),
-}  # fmt: skip
 
 
 def _name_outputs(found: CommandInput, tree: WatchedFolder) -> None:

@@ -15,7 +15,7 @@ import public_samples
 from public_samples import robot, walk
 
 import hexapod_pin as hp
-from fuzz.shown import FaultFound
+from fuzz.values import FaultFound
 from fuzz.watched_folder import WatchedFolder
 from hexapod_pin.drive.catalog.catalog import catalog_text as text_of
 

@@ -12,7 +12,7 @@ import random
 import types
 import typing
 from collections import abc
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -61,26 +61,9 @@ def pool() -> Mapping[type, list[Any]]:
         hp.rl.WalkVectorEnv(2, material.robot(), duration=0.1),
         *public_samples.samples(material.folder()),
     ]  # fmt: skip
-    for one in _within(roots, set()):
+    for one in public_samples.within(roots, set()):
         found[type(one)].append(one)
     return found
-
-
-def _within(value: Any, seen: set[int]) -> Iterator[Any]:
-    """Yield the instances of this package's classes in a value, itself included."""
-    if id(value) in seen:
-        return
-    seen.add(id(value))
-    if isinstance(value, list | tuple):
-        for one in value:
-            yield from _within(one, seen)
-    elif isinstance(value, Mapping):
-        yield from _within(list(value.values()), seen)
-    elif type(value).__module__.startswith("hexapod_pin"):
-        yield value
-        for name, one in getattr(value, "__dict__", {}).items():
-            if not name.startswith("_"):
-                yield from _within(one, seen)
 
 
 def instances(owner: type) -> list[Any]:

@@ -25,11 +25,10 @@ LARGEST_READ = 1_000_000
 TEXTS: Mapping[str, str] = {
     "foreign/keys.txt": "secret keys\n", "foreign/precious": "a thesis\n",
     "foreign/precious.csv": "a,b\n1,2\n", "foreign/precious.nc": "measured for a year\n",
-    "foreign/below/deep.txt": "deep\n", "foreign/.hidden": "hidden\n",
-    "home/.profile": "export A=1\n", "home/.config/other/settings": "b = 2\n",
-    "tmp/of_another_program": "in use\n", "work/notes.txt": "notes\n",
-    "work/.hidden": "hidden too\n", "work/walk.nc.backup": "kept\n",
-    "work/data/measured.csv": "t,x\n0,0\n",
+    "foreign/below/deep.txt": "deep\n", "home/.profile": "export A=1\n",
+    "home/.config/other/settings": "b = 2\n", "tmp/of_another_program": "in use\n",
+    "work/notes.txt": "notes\n", "work/.hidden": "hidden too\n",
+    "work/walk.nc.backup": "kept\n", "work/data/measured.csv": "t,x\n0,0\n",
 }  # fmt: skip
 """Files of others: path and content."""
 
@@ -137,9 +136,8 @@ class WatchedFolder:
     def changes(self, named: frozenset[Path] = frozenset()) -> list[str]:
         """Return what has changed in the files of others, one line each.
 
-        Args:
-            named: absolute paths that the input is to write. A regular file of that name may be
-                replaced, and another name of it then counts one name fewer.
+        A regular file that the input was to write may be replaced; another name of it then counts
+        one name fewer.
         """
         found = list[str]()
         freed = {self.before[path].node for path in named if path in self.before}
@@ -158,7 +156,7 @@ class WatchedFolder:
         return found
 
     def new_files(self, named: frozenset[Path] = frozenset()) -> list[str]:
-        """Return what is there that was not, folders apart, but for what the input was to write."""
+        """Return what is new, folders apart, but for what the input was to write."""
         new = [path for path in self._all() if path not in self.before and path not in named]
         return sorted(self._shown(path) for path in new if not path.is_dir() or path.is_symlink())
 
