@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import inspect
 import random
 import re
@@ -10,7 +9,6 @@ import typing
 from collections import abc
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
-from functools import cache
 from pathlib import Path
 from typing import Any, Literal
 
@@ -19,21 +17,17 @@ import pytest
 from fuzz import sound
 from fuzz.public_names import (
     CONSTRUCTOR,
-    FUNCTION,
     LEFT_OUT,
     METHOD,
     PublicCall,
-    members_of,
     public_calls,
 )
 from numpy.typing import ArrayLike
-from public_surface import surface
 from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.arguments import checked, every_step
 from hexapod_pin.errors import HexapodError, ParameterError
-from hexapod_pin.results import run_record
 from hexapod_pin.type_checks import _Unknown, type_hints
 
 SCENE = hp.Scene(hp.load_robot("kharagpur"))
@@ -185,51 +179,24 @@ def test_what_cannot_be_computed_is_an_error_of_the_arguments(given, where, valu
 
 # every public call ----------------------------------------------------------------------------
 
-ROOMS = (
-    "robot drive control scene simulation results study interchange ground.contact ground.terrain"
-).split()
-
-AT_EVERY_STEP = {
-    "Command()", "Measurement()", "FootControl.update", "FirmwareControl.update",
-    "control.SensorReader.read", "control.LegGroup.joint_angles", "control.LegGroup.feet",
-}  # fmt: skip
+AT_EVERY_STEP = {"Command()", "Measurement()", "FootControl.update", "FirmwareControl.update"}
 """What a run calls at every step: checked where it is used, or when it has failed."""
 
 PATH = re.compile(r"[A-Za-z_]\w*(\.\w+|\[[^\]]*\])*(, \w+)*")
 """What the name of a parameter looks like."""
 
 
-@cache
-def calls() -> dict[str, PublicCall]:
-    """Return all public callables: those of the package, of its rooms, and the facts of a run."""
-    found = dict(public_calls())
-    classes = {one.owner for one in found.values() if one.kind == CONSTRUCTOR}
-    rooms = [(name, importlib.import_module(f"hexapod_pin.{name}")) for name in ROOMS]
-    places = [(prefix, room, name) for prefix, room in rooms for name in room.__all__]
-    facts = [one.__name__ for one in vars(run_record).values() if _is_a(one, run_record.Facts)]
-    for prefix, room, name in (*places, *(("run_record", run_record, one) for one in facts)):
-        value, dotted = getattr(room, name), f"{prefix}.{name}"
-        if inspect.isclass(value) and not typing.is_typeddict(value) and value not in classes:
-            classes.add(value)
-            found[f"{dotted}()"] = PublicCall(f"{dotted}()", CONSTRUCTOR, value)
-            found |= {one.name: one for one in members_of(value, dotted)}
-        elif inspect.isfunction(value) and value not in surface().values():
-            found[dotted] = PublicCall(dotted, FUNCTION, room, name)
-    return {
-        name: one for name, one in found.items()
-        if one.is_called and not _is_a(one.owner, BaseException | tuple)
-        and not getattr(one.owner, "_is_protocol", False)
-    }  # fmt: skip
-
-
-def _is_a(value: Any, kind: Any) -> bool:
-    return inspect.isclass(value) and issubclass(value, kind)
+CALLS = {
+    name: one for name, one in public_calls().items()
+    if one.is_called and name not in LEFT_OUT and not getattr(one.owner, "_is_protocol", False)
+    and not (isinstance(one.owner, type) and issubclass(one.owner, BaseException | tuple))
+}  # fmt: skip
 
 
 def test_what_is_not_checked_when_it_is_called() -> None:
-    assert {name for name, one in calls().items() if hasattr(one.target, "_every_step")} == {
-        *AT_EVERY_STEP
-    }
+    marked = {name for name, one in public_calls().items() if one.is_called
+              and hasattr(one.target, "_every_step")}  # fmt: skip
+    assert marked == AT_EVERY_STEP
 
 
 ODD: tuple[Any, ...] = (
@@ -275,10 +242,10 @@ def kinds(one: PublicCall) -> Iterator[tuple[str, Any]]:
         yield name, hints.get(name, fields[name].annotation if name in fields else Any)
 
 
-@pytest.mark.parametrize("name", sorted(calls().keys() - AT_EVERY_STEP - set(LEFT_OUT)))
+@pytest.mark.parametrize("name", sorted(CALLS.keys() - AT_EVERY_STEP))
 def test_odd_arguments_end_in_one_error_that_names_a_path(name: str) -> None:
     """What cannot be of an argument's type is refused; nothing ends in another exception."""
-    one = calls()[name]
+    one = CALLS[name]
     instances = sound.instances(one.owner) if isinstance(one.owner, type) else [None]
     if not instances and one.kind == METHOD:
         return

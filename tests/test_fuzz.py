@@ -29,7 +29,7 @@ import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.robot.repair.finding import RepairOptions
 
-INPUTS = 6
+INPUTS = 15
 """Of each entry point; `make fuzz` tries many more with seeds of the clock."""
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import csv
 import fcntl
 import os
 import pty
@@ -24,7 +23,7 @@ import matplotlib
 
 from fuzz.command_input import CommandInput, draw, lay_down
 from fuzz.values import ESCAPE, FaultFound, require_finite
-from fuzz.watched_folder import WatchedFolder, mark_of
+from fuzz.watched_folder import WatchedFolder
 from hexapod_pin.errors import HexapodError
 
 PATIENCE = 5.0
@@ -94,7 +93,7 @@ class _Stream:
 
 def run(given: CommandInput, tree: WatchedFolder) -> Ending:
     """Run a command in a tree until it has ended, and look at what it leaves behind."""
-    stdin, kept = _stdin(given.streams[0])
+    stdin = os.open("/dev/zero" if given.streams[0] == "endless" else os.devnull, os.O_RDONLY)
     folder = tree.work
     if given.gone:
         folder = tree.root.with_name("gone")
@@ -112,8 +111,7 @@ def run(given: CommandInput, tree: WatchedFolder) -> Ending:
             status, seconds, sent, late = _watched(process, given)
         finally:
             lives = _kill_group(process.pid)
-            for one in (stdin, *kept):
-                os.close(one)
+            os.close(stdin)
     return Ending(status, out.text, err.text, seconds, frozenset(sent), late, lives)
 
 
@@ -164,17 +162,6 @@ def _kill_group(pid: int) -> tuple[str, ...]:
     with contextlib.suppress(ProcessLookupError):
         os.killpg(pid, signal.SIGKILL)
     return tuple(found)
-
-
-def _stdin(kind: str) -> tuple[int, list[int]]:
-    """Return the process' stdin, and what else is to be closed at its end."""
-    if kind == "waiting":
-        mine, other = os.pipe()
-        return mine, [other]
-    if kind == "terminal":
-        mine, other = pty.openpty()
-        return other, [mine]
-    return os.open("/dev/zero" if kind == "endless" else os.devnull, os.O_RDONLY), []
 
 
 def _before(given: CommandInput, folder: Path) -> Callable[[], None]:
@@ -230,9 +217,6 @@ MISSED = 1
 
 _CONTROLS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 """What no text may hold that is not for a terminal; tabs and ends of lines may stand in it."""
-
-_FORMULA = re.compile(r"^(?:[=@\t\r]|[+-](?!\.?\d|inf|nan))", re.IGNORECASE)
-"""How a cell begins that a spreadsheet would compute; a number with a sign is none."""
 
 
 def command_process(rng: random.Random) -> None:
@@ -342,21 +326,8 @@ def _faults_of_files(given: CommandInput, ending: Ending, tree: WatchedFolder) -
         missing = [path.name for path in given.promised if not os.path.exists(path)]
         if missing and len(missing) == len(given.promised):
             yield f"ends with status 0, and there is no {ascii(sorted(missing)[0])}"
-    for path in named:
-        before = tree.before.get(path)
-        if before is not None and before == mark_of(path):
-            continue
-        if path.suffix == ".csv" and os.path.isfile(path) and not os.path.islink(path):
-            yield from _formulas(path)
 
 
 def _is_log(name: str, ending: Ending) -> bool:
     """Tell whether it is the log of a store that could not be finished: `--resume` needs it."""
     return name.endswith(("-wal", "-shm")) and b"continue with --resume" in ending.err
-
-
-def _formulas(path: Path) -> Iterator[str]:
-    with path.open(encoding="utf-8", errors="replace", newline="") as stream:
-        cells = [cell for row in csv.reader(stream) for cell in row if _FORMULA.match(cell)]
-    for cell in cells[:1]:
-        yield f"writes a formula, {cell[:40]!r}, into a table"

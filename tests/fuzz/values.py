@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import decimal
 import fractions
 import math
@@ -13,8 +14,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from tomli_w import dumps
 
 import hexapod_pin as hp
+from hexapod_pin.spec import read_toml
 
 ESCAPE = "\x1b]0;owned\x07"
 """Sets the title of a terminal that it is printed on."""
@@ -56,6 +59,13 @@ def odd_text(text: str, rng: random.Random) -> str:
     for _ in range(rng.choice((1, 1, 1, 2, 4))):
         text = rng.choice((_other_number, _other_number, _other_word, _cut, _twice))(text, rng)
     return text
+
+
+def odd_toml(text: str, rng: random.Random) -> str:
+    """Return a text of TOML with changes, also values of other types."""
+    with contextlib.suppress(TypeError, ValueError, AttributeError):  # what TOML has not
+        return odd_text(text, rng) if rng.random() < 0.5 else dumps(odd_data(read_toml(text), rng))
+    return odd_text(text, rng)
 
 
 def _other(pattern: str, values: tuple[Any, ...], text: str, rng: random.Random) -> str:

@@ -1,8 +1,7 @@
 """A folder tree with files of others in it, which are looked at before and after an input.
 
-An input works in `work`. Around it lie files that it has no business with: in the working folder
-itself, in `foreign` beside it, in the home folder and in the folder for temporary files. Some names
-in the working folder lead to them: links, hard links, a pipe, devices.
+An input works in `work`. Around it lie files that it has no business with, and some names in the
+working folder lead to them: links, hard links, a pipe, devices.
 """
 
 from __future__ import annotations
