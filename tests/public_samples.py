@@ -175,7 +175,6 @@ def _sizing() -> list[Any]:
 
 
 def _exchanged() -> list[Any]:
-    """What files of other programs hold."""
     with TemporaryDirectory() as folder:
         runs, model = Path(folder, "run.mcap"), Path(folder, "robot.xml")
         return [

@@ -234,7 +234,6 @@ def fits(kind: Any, value: Any, *, table: bool) -> bool:
 
 
 def kinds(one: PublicCall) -> Iterator[tuple[str, Any]]:
-    """Yield the parameters of a call, with their types."""
     fields = getattr(one.owner, "model_fields", {}) if one.kind == CONSTRUCTOR else {}
     target: Any = one.owner.__init__ if one.kind == CONSTRUCTOR else one.target
     hints = type_hints(target, one.owner if isinstance(one.owner, type) else None)

@@ -72,15 +72,9 @@ def test_a_saved_case_repeats_the_walk_to_the_bit(run: Run):
     assert case.scene.contact.friction.mu == 0.6 and case.scene.servos.kp == 21.0
 
 
-def test_degrees_on_the_command_line_are_radians_inside(run: Run):
-    """--heading 90 walks to the left, --turn-rate 5 is 5 degrees a second; too short for tables."""
-    options = "--duration 0.3 --heading 90 --turn-rate 5 --stroke 0.02 --no-html".split()
-    done = run("walk", "kharagpur", "--gait", "tripod", "--cycle-time", "0.8", *options)
-    assert (done.status, done.left) == (0, ["walk.nc"])
-    walk = hp.load_trace("walk.nc").run.walk
-    assert walk.travel_direction == pytest.approx((0.0, 1.0), abs=1e-12)
-    assert walk.turn_rate == pytest.approx(math.radians(5.0))
+def test_a_walk_too_short_for_tables_says_so(run: Run):
     done = run(*WALK, "--duration", "0.5", "--no-html")
+    assert (done.status, done.left) == (0, ["walk.nc"])
     assert done.out.startswith("so far: ") and "(--duration 2.4)" in done.out
 
 
@@ -93,11 +87,11 @@ def test_stroke_that_does_not_fit_is_replaced_in_the_open(run: Run):
     assert re.search(r"stroke [\d.]+ mm \(80% of the longest that fits, [\d.]+ mm\)", said)
 
 
-def test_options_reach_the_scene(run: Run):
-    """--mu, --kp, --contact, --foot-radius, --method and --step end up in the trace's own text."""
+def test_options_reach_the_scene_and_degrees_are_radians_inside(run: Run):
+    """--heading 90 walks to the left, --turn-rate 5 is 5 degrees a second."""
     options = "--contact s2 --mu 0.6 --kp 21 --kd 0.5 --foot-radius 0.01 --no-html"
-    method = "--method rk4 --step 2e-5 --duration 0.02"
-    assert run(*WALK, *options.split(), *method.split()).status == 0
+    walk = "--method rk4 --step 2e-5 --duration 0.02 --heading 90 --turn-rate 5 --stroke 0.02"
+    assert run(*WALK[:-2], *options.split(), *walk.split()).status == 0
     trace = hp.load_trace("walk.nc")
     scene = hp.load_case(trace).scene
     assert isinstance(scene.contact.normal, hp.contact.AdamsImpact)
@@ -106,6 +100,8 @@ def test_options_reach_the_scene(run: Run):
     assert (scene.servos.kp, scene.servos.kd, scene.servos.assumed) == (21.0, 0.5, False)
     assert (trace.run.numerics.method, trace.run.numerics.step) == ("rk4", 2e-5)
     assert set(trace.run.robot.foot_radius) == {0.01}
+    assert trace.run.walk.travel_direction == pytest.approx((0.0, 1.0), abs=1e-12)
+    assert trace.run.walk.turn_rate == pytest.approx(math.radians(5.0))
 
 
 def test_budget_prints_a_table_or_json(run: Run, walked: SimpleNamespace):

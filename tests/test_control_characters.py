@@ -201,7 +201,6 @@ def test_names_in_figures_are_drawn_as_they_are() -> None:
 
 
 def costs(*names: str) -> hp.study.GaitEnergy:
-    """Return the energy of gaits that are called so."""
     gaits = dict.fromkeys(names, hp.Gait.tripod())
     scene = hp.Scene(hp.load_robot("kharagpur"))
     return hp.study.gait_energy(scene, gaits, (0.05,), accuracy=1e-2, check=0)

@@ -139,12 +139,8 @@ script: Any = importlib.import_module("fuzz.__main__")
 def test_the_script_counts_by_door_and_groups_faults_by_cause(monkeypatch, capsys):
     def run(inputs: Any, processes: int, report: Any) -> list[Outcome]:
         kinds = {1: "used", 2: "refused"}
-        found = [
-            Outcome(door, seed, kinds.get(seed, "FAULT"), f"lost '{seed}'", seconds=0.5)
-            for door, seed in inputs
-        ]
-        for outcome in found:
-            report(outcome)
+        found = [Outcome(door, k, kinds.get(k, "FAULT"), f"lost '{k}'", 0.5) for door, k in inputs]
+        list(map(report, found))
         return found
 
     monkeypatch.setattr(script, "run_campaign", run)

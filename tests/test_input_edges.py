@@ -36,7 +36,6 @@ DROPPED = object()
 
 @cache
 def texts() -> dict[str, dict[str, Any]]:
-    """Return the tables of a scene with loads, and of cases."""
     loads = [hp.Payload("base_link", 1.0), hp.LostLeg("lf", 0.5)]
     stairs = hp.Stairs(rise=0.02, run=0.2, count=3)
     control = hp.FootControl(hp.KinematicControl(GAIT))
@@ -50,7 +49,6 @@ def texts() -> dict[str, dict[str, Any]]:
 
 
 def changed(data: Any, path: tuple[Any, ...], value: Any) -> Any:
-    """Return the data with one value replaced, or taken out."""
     data, (key, *rest) = copy.copy(data), path
     if rest:
         data[key] = changed(data[key], tuple(rest), value)
@@ -115,7 +113,6 @@ def test_what_is_no_text_of_a_scene_is_refused(text: Any) -> None:
 
 @cache
 def stood() -> hp.results.Checkpoint:
-    """Return where a robot stands that has held its posture."""
     return hp.simulate(SCENE, hp.HoldPosture(), duration=0.01).checkpoint
 
 
@@ -195,7 +192,6 @@ def test_a_session_does_not_advance_beyond_its_clock(until: Any, name: str) -> N
 
 
 def left(**given: Any) -> dict[str, Any]:
-    """Return what a loop of ticks has left."""
     return {"state": None, "measured": 1, "commanded": 0, **given}
 
 

@@ -36,7 +36,6 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run inputs, print and write what became of them."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--inputs", type=int, default=10_000, help="in watched processes")
     parser.add_argument("--commands", type=int, default=200, help="as processes of their own")
@@ -97,7 +96,6 @@ def drawn(given: argparse.Namespace, first: int) -> list[tuple[str, int]]:
 
 
 def again(door: str, seed: str) -> int:
-    """Try one input here; show the exception, or all that a command did."""
     rng = random.Random(f"{door}/{seed}")
     try:
         if door in SELDOM:
@@ -116,7 +114,6 @@ def again(door: str, seed: str) -> int:
 
 
 def tables(found: Sequence[Outcome]) -> list[str]:
-    """Return the table of doors and that of distinct faults."""
     rows, causes = [], dict[tuple[str, str], list[Outcome]]()
     for door in sorted({outcome.door for outcome in found}, key=list(DOORS).index):
         own = [outcome for outcome in found if outcome.door == door]

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
-from typing import get_type_hints
+from typing import Any, get_type_hints
 
 import typer
 
@@ -56,7 +56,7 @@ OUT = 2
 
 DEFAULT_OUTPUTS: Mapping[str, tuple[str, ...]] = {
     "walk": ("walk.nc", "walk.html"), "run": ("run.nc", "run.html"), "contact": ("contact.png",),
-    "select": ("motors.html",),
+    "select": ("motors.html",), "sweep": ("study.db",),
 }  # fmt: skip
 """What a command writes where no option names it."""
 
@@ -82,11 +82,10 @@ BESIDE = ("-lock", "-journal", "-wal", "-shm", ".lock", ".tmp")
 STREAMS = ("closed", "full", "leaves", "slow", "terminal")
 
 ENVIRONMENTS: tuple[Mapping[str, str | None], ...] = (
-    {"LC_ALL": "POSIX", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"},
-    {"LANG": None, "PYTHONUTF8": "0"}, {"HOME": None}, {"HOME": "/dev/null/home"}, {"COLUMNS": "1"},
-    {"COLUMNS": "x", "LINES": "-1"}, {"NO_COLOR": "1"}, {"FORCE_COLOR": "1"}, {"TERM": "dumb"},
-    {"PYTHONIOENCODING": "ascii"}, {"TZ": "nowhere"}, {"TMPDIR": "/dev/null/tmp"}, {"PATH": None},
-    {"PYTHONWARNINGS": "error"}, {"PYTHONOPTIMIZE": "2"}, {"PYTHONDEVMODE": "1"},
+    {"LC_ALL": "POSIX", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}, {"PATH": None},
+    {"HOME": None}, {"HOME": "/dev/null/home"}, {"COLUMNS": "x", "LINES": "-1"}, {"COLUMNS": "1"},
+    {"FORCE_COLOR": "1"}, {"TERM": "dumb"}, {"PYTHONIOENCODING": "ascii"}, {"TZ": "nowhere"},
+    {"TMPDIR": "/dev/null/tmp"}, {"PYTHONWARNINGS": "error"}, {"PYTHONOPTIMIZE": "2"},
     {"OMP_NUM_THREADS": "x"}, {"ROS_PACKAGE_PATH": "/dev/zero:/proc"}, {"MPLBACKEND": "nonsense"},
 )  # fmt: skip
 """Changes of the environment; None takes a variable away."""
@@ -141,7 +140,6 @@ class CommandInput:
 
 @cache
 def sound_files() -> Mapping[str, bytes]:
-    """Return the files that commands read: name and content."""
     slow = hp.KinematicControl(hp.Gait.tripod(stroke=0.08, cycle_time=1.2))
     case = hp.Case(material.scene(), slow, duration=3.9, method="robust", step=2e-3)
     records = [one for one in hp.load_catalog().records if one.model in ("AX-12A", "MX-106")]
@@ -160,18 +158,19 @@ def options(kind: str = "") -> dict[str, list[str]]:
     """Return the options of each command, those whose type is called so."""
     from hexapod_pin.commands.app import app
 
-    hints = {one.callback.__name__: get_type_hints(one.callback) for one in app.registered_commands}
+    callbacks = [one.callback for one in app.registered_commands if one.callback]
+    hints = {one.__name__: get_type_hints(one) for one in callbacks}
+    group: Any = typer.main.get_command(app)
     return {
         name: [
             option for one in command.params for option in one.opts
             if option.startswith("--") and kind in str(hints[name].get(one.name))
         ]
-        for name, command in typer.main.get_command(app).commands.items()
+        for name, command in group.commands.items()
     }  # fmt: skip
 
 
 def odd_options(command: Sequence[str], rng: random.Random) -> list[str]:
-    """Return a command with a few odd options more, and perhaps a word changed."""
     name, *words = command
     left_out = LEFT_OUT | STIFF if name == "bench" else LEFT_OUT
     known = [one for one in options().get(name, ()) if one not in left_out]
@@ -194,12 +193,11 @@ def draw(rng: random.Random, tree: WatchedFolder) -> CommandInput:
         found.exact, found.words = False, odd_options(command, rng)
     if command[0] in OUTPUTS and rng.random() < 0.5:
         _odd_output(found, rng)
-    if rng.random() < 0.25:
+    if rng.random() < 0.4:
         _odd_input(found, rng)
-    if rng.random() < 0.25:
-        _beside(found, rng)
-    if rng.random() < 0.2:
-        _odd_content(found, rng)
+    names = DEFAULT_OUTPUTS.get(command[0], ())
+    if names and rng.random() < 0.25:
+        found.plants.append(_taken(f"{rng.choice(names)}{rng.choice(('', *BESIDE))}", rng))
     if found.script and rng.random() < 0.2:
         found.plants += [_file(name, b'open("RUN", "w")\n') for name in rng.sample(TRAPS, 2)]
     _odd_process(found, rng)
@@ -212,7 +210,6 @@ _HOME = re.compile(r"(^|=)~")
 
 
 def _odd_process(found: CommandInput, rng: random.Random) -> None:
-    """Draw what the process is started with, and what happens to it."""
     if rng.random() < 0.35:
         for k in rng.sample((1, 2), rng.choice((1, 1, 2))):
             found.streams[k] = rng.choice(STREAMS)
@@ -239,7 +236,6 @@ def _odd_process(found: CommandInput, rng: random.Random) -> None:
 
 
 def _odd_output(found: CommandInput, rng: random.Random) -> None:
-    """Give an output a name that is odd, or that is taken."""
     name = found.words[0]
     option = rng.choice(OUTPUTS[name])
     endings = ENDINGS.get(f"{name} {option}", ENDINGS.get(option, TRACE_ENDINGS))
@@ -253,7 +249,6 @@ def _odd_output(found: CommandInput, rng: random.Random) -> None:
 
 
 def _odd_names(ending: str) -> tuple[str, ...]:
-    """Return names that a file may have, or may not."""
     return (
         f"{ESCAPE}{ending}", f"a\nb{ending}", f"\udcff\udc80{ending}",
         f"-x{ending}", f"--help{ending}", f"=HYPERLINK(1){ending}", f"{'é' * 100}{ending}",
@@ -287,32 +282,33 @@ def _taken(name: str, rng: random.Random) -> Callable[[Path], object]:
 
 
 def _with_option(words: list[str], option: str, value: str, rng: random.Random) -> list[str]:
-    """Return words with an option, in one word or two, in place of one that is there."""
+    """Return words with an option, in one word or two; where it is given twice the last counts."""
     if option == "OUT":
         return [*words[:OUT], value, *words[OUT + 1 :]]
-    if option in words[:-1]:
-        k = words.index(option)
-        words = [*words[:k], *words[k + 2 :]]
     return [*words, *([f"{option}={value}"] if rng.random() < 0.3 else [option, value])]
 
 
 def _odd_input(found: CommandInput, rng: random.Random) -> None:
-    """Put something else where a file is read, or a sound one under an odd name."""
-    sound = [k for k, word in enumerate(found.words) if word in sound_files()]
-    name = found.words[0]
+    """Put something else where a file is read, change it, or read it under an odd name."""
+    name, sound = found.words[0], [k for k, word in enumerate(found.words) if word in sound_files()]
     named = [one for one in options("Path").get(name, ()) if one not in OUTPUTS.get(name, ())]
-    if named and (not sound or rng.random() < 0.3):
+    if named and (not sound or rng.random() < 0.2):
         path = rng.choice(("controllers.py", "motors.csv", *_ENDLESS))
         found.words = _with_option(found.words, rng.choice(named), path, rng)
-    elif sound and rng.random() < 0.6:
-        found.words[rng.choice(sound)] = rng.choice((*_ENDLESS, *sound_files()))
     elif sound:
         k = rng.choice(sound)
-        ending = Path(found.words[k]).suffix
-        fitting = [one for one in _odd_names(ending) if len(one) < 200 and "/" not in one]
-        name = rng.choice([one for one in fitting if one.strip(".~") and one != ending])
-        found.plants.append(_file(name, sound_files()[found.words[k]]))
-        found.words[k] = name
+        word, content = found.words[k], sound_files()[found.words[k]]
+        how = rng.choice(("other", "odd name", "content"))
+        if how == "other":
+            found.words[k] = rng.choice((*_ENDLESS, *sound_files()))
+        elif how == "odd name":
+            names = [one for one in _odd_names(Path(word).suffix) if 5 < len(one) < 200]
+            found.words[k] = rng.choice([one for one in names if "/" not in one])
+            found.plants.append(_file(found.words[k], content))
+        else:
+            text = odd_text(content.decode("latin-1"), rng)
+            found.plants.append(_file(word, text.encode("latin-1", "replace")))
+            found.exact = False
 
 
 _ENDLESS = (
@@ -321,22 +317,6 @@ _ENDLESS = (
     "nothing_there", "linked.nc", "linked.csv",
 )  # fmt: skip
 """What no command can read; `huge.nc` is laid down as a sparse file of a terabyte."""
-
-
-def _beside(found: CommandInput, rng: random.Random) -> None:
-    """Take a name beside one of the files that the command writes."""
-    stores = ("study.db", "done.db") if found.words[0] == "sweep" else ()
-    names = DEFAULT_OUTPUTS.get(found.words[0], stores)
-    if names:
-        found.plants.append(_taken(f"{rng.choice(names)}{rng.choice(('', *BESIDE))}", rng))
-
-
-def _odd_content(found: CommandInput, rng: random.Random) -> None:
-    """Change what stands in one of the files that are read."""
-    name = rng.choice([word for word in found.words if word in sound_files()] or ["motors.csv"])
-    text = sound_files()[name].decode("latin-1")
-    found.plants.append(_file(name, odd_text(text, rng).encode("latin-1", "replace")))
-    found.exact = False
 
 
 def _name_outputs(found: CommandInput, tree: WatchedFolder) -> None:
@@ -375,7 +355,6 @@ def _paths(value: str, tree: WatchedFolder) -> set[Path]:
 
 
 def lay_down(found: CommandInput, tree: WatchedFolder) -> None:
-    """Write the sound files and what was drawn into a tree, and watch all of it."""
     write_sound_files(tree.work)
     with (tree.work / "huge.nc").open("wb") as stream:
         stream.truncate(1 << 40)

@@ -92,7 +92,6 @@ class _Stream:
 
 
 def run(given: CommandInput, tree: WatchedFolder) -> Ending:
-    """Run a command in a tree until it has ended, and look at what it leaves behind."""
     stdin = os.open("/dev/zero" if given.streams[0] == "endless" else os.devnull, os.O_RDONLY)
     folder = tree.work
     if given.gone:
@@ -165,8 +164,6 @@ def _kill_group(pid: int) -> tuple[str, ...]:
 
 
 def _before(given: CommandInput, folder: Path) -> Callable[[], None]:
-    """Return what the process does before it becomes the command."""
-
     def prepare() -> None:
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGPIPE):
             signal.signal(number, signal.SIG_DFL)
@@ -197,7 +194,6 @@ def _program(given: CommandInput) -> list[str]:
 
 
 def _environment(given: CommandInput, tree: WatchedFolder) -> dict[str, str]:
-    """Return the variables of a plain environment with the changes that were drawn."""
     kept = ("PATH", "PYTHONPATH", "LD_LIBRARY_PATH", "VIRTUAL_ENV")
     plain = {name: os.environ[name] for name in kept if name in os.environ}
     plain |= {"LANG": "C.UTF-8", "HOME": str(tree.home), "TMPDIR": str(tree.temporary)}
@@ -220,7 +216,6 @@ _CONTROLS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")
 
 
 def command_process(rng: random.Random) -> None:
-    """A command as a process of its own."""
     error = run_one(rng).error
     if error is not None:
         raise error

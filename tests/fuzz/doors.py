@@ -81,7 +81,6 @@ def case(rng: random.Random) -> None:
 
 
 def study(rng: random.Random) -> None:
-    """A study file with changes; its first case is made."""
     found = hp.study.SweepStudy.from_toml(odd_toml(material.STUDY_TEXT, rng))
     str(found.case(0))
 
@@ -92,7 +91,6 @@ def catalog(rng: random.Random) -> None:
 
 
 def _damaged(sound: bytes, rng: random.Random) -> bytes:
-    """Return bytes of which some are changed or cut off."""
     data = bytearray(sound)
     if rng.random() < 0.3:
         data = data[: rng.randrange(len(data))]
@@ -124,7 +122,6 @@ def forged_trace(rng: random.Random) -> None:
 
 
 def _forged(trace: hp.Trace, rng: random.Random) -> hp.Trace:
-    """Return a trace with other numbers or texts."""
     if rng.random() < 0.5:
         run = RunRecord.from_dict(odd_data(trace.run.to_dict(), rng))
         return replace(trace, run=run)
@@ -135,7 +132,6 @@ def _forged(trace: hp.Trace, rng: random.Random) -> hp.Trace:
 
 
 def _read(trace: hp.Trace) -> None:
-    """Show all that is told of a trace."""
     for use in (hp.stability, hp.walk_verdict, hp.results.phase_torques, hp.torque_budget):
         try:
             found = use(trace)
@@ -197,7 +193,6 @@ def _called(call: PublicCall, rng: random.Random) -> None:
 
 
 def _make_odd(call: PublicCall, given: dict[str, Any], rng: random.Random) -> list[str]:
-    """Make one or two arguments odd; return them as text."""
     names = call.odd_parameters()
     odd = rng.sample(names, min(len(names), rng.choice((0, 1, 1, 1, 2))))
     for name in odd:
@@ -211,7 +206,6 @@ def _make_odd(call: PublicCall, given: dict[str, Any], rng: random.Random) -> li
 
 
 def _shown(found: Any, *given: str) -> None:
-    """Show what a call returns, as a user would."""
     if inspect.isgenerator(found):
         found = next(found, None)
     if isinstance(found, str):
@@ -222,7 +216,6 @@ def _shown(found: Any, *given: str) -> None:
 
 
 def _copied(instance: Any) -> None:
-    """Copy, pickle, compare and show an instance."""
     for twin in (
         copy.copy(instance), copy.deepcopy(instance), pickle.loads(pickle.dumps(instance))
     ):  # fmt: skip
@@ -234,7 +227,6 @@ def _copied(instance: Any) -> None:
 
 
 def height_field(rng: random.Random) -> None:
-    """Heights of ground, and a step on them."""
     spacing = 0.05 if rng.random() < 0.7 else odd_value(rng)
     heights = np.zeros((4, 4))
     heights[rng.randrange(4)] = rng.choice((0.0, 0.001, -0.002, 1e9, np.nan))
@@ -244,7 +236,6 @@ def height_field(rng: random.Random) -> None:
 
 
 def session(rng: random.Random) -> None:
-    """Commands to a session."""
     led = sound.session()
     given = {name: odd_value(rng) for name in ("q", "v", "torque", "ramp") if rng.random() < 0.4}
     led.command(**given)
@@ -294,7 +285,6 @@ LONG = ("view", "--processes")
 
 
 def command_line(rng: random.Random) -> None:
-    """A command with odd options."""
     sound = rng.choice([words for words in COMMANDS if not {*LONG} & {*words}])
     words, shown, status = odd_options(sound, rng), io.StringIO(), 0
     tree, before = material.watched(), os.getcwd()

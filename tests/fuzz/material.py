@@ -43,7 +43,6 @@ mass = 2.0
 
 @cache
 def scene() -> hp.Scene:
-    """Return a scene with loads and stops."""
     loads = [hp.Payload("base_link", mass=0.3, position=(0.0, 0.0, 0.05))]
     return hp.Scene(robot(), loads=loads, stops=hp.JointStops(stiffness=200.0))
 
@@ -60,7 +59,6 @@ def trace() -> hp.Trace:
 
 @cache
 def watched() -> WatchedFolder:
-    """Return the tree that inputs of this process work in."""
     return WatchedFolder(_own_folder() / "tree")
 
 
@@ -79,7 +77,6 @@ def _remove(path: Path, owner: int) -> None:
 
 @cache
 def folder() -> Path:
-    """Return a folder for files of this process."""
     path = _own_folder() / "files"
     path.mkdir()
     return path
@@ -94,7 +91,6 @@ def new_file(ending: str) -> Path:
 
 
 def written(ending: str, content: str | bytes) -> Path:
-    """Return the path of a new file."""
     path = new_file(ending)
     path.write_bytes(content.encode() if isinstance(content, str) else content)
     return path
@@ -119,7 +115,6 @@ def urdf_text() -> str:
 
 @cache
 def store_bytes() -> bytes:
-    """Return the store of a sweep."""
     path = new_file("db")
     str(
         hp.run_sweep(hp.study.SweepStudy.from_toml(SHORT_STUDY), path).dataset
@@ -156,7 +151,6 @@ LIMITS = hp.simulation.WorkLimits(evaluations=3e4, steps=1e4, memory=1e8)
 
 
 def used(where: hp.Robot | hp.Scene) -> None:
-    """Run what was accepted for a moment."""
     given = hp.Scene(where) if isinstance(where, hp.Robot) else where
     found = hp.simulate(
         given, hp.HoldPosture(), duration=2e-3, sample=1e-3, estimate=False, limits=LIMITS

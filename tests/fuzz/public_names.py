@@ -62,7 +62,6 @@ class PublicCall:
 
     @property
     def target(self) -> Callable[..., Any]:
-        """What is called, of a method without its instance."""
         return getattr(self.owner, self.attribute) if self.attribute else self.owner  # type: ignore[no-any-return]
 
     @property
@@ -81,7 +80,6 @@ class PublicCall:
         return found
 
     def odd_parameters(self) -> list[str]:
-        """Return those that may be given odd things."""
         if self.kind == CONSTRUCTOR and issubclass(self.owner, HexapodError):
             return []  # an error is made by the package itself
         return [
@@ -93,7 +91,6 @@ class PublicCall:
 
 @cache
 def public_calls() -> Mapping[str, PublicCall]:
-    """Return all public calls by name."""
     named = {name.rpartition(".")[2]: one for name, one in surface().items()}
     for room in (hexapod_pin.errors, hexapod_pin.view):
         prefix = room.__name__.rpartition(".")[2]
@@ -115,12 +112,10 @@ def public_classes() -> tuple[type, ...]:
 
 @cache
 def walked() -> tuple[str, ...]:
-    """Return the names of all public calls that inputs go to."""
     return tuple(name for name in public_calls() if name not in LEFT_OUT)
 
 
 def _calls(name: str, value: Any) -> Iterator[PublicCall]:
-    """Yield what can be called of what has a public name."""
     if inspect.isclass(value):
         yield PublicCall(f"{name}()", CONSTRUCTOR, value)
         yield PublicCall(f"{name} (copies)", COPIES, value)

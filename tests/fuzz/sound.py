@@ -35,14 +35,12 @@ LEAST = public_samples.QUICK["duration"]
 
 
 def crouch(values: Mapping[str, float]) -> hp.HoldPosture:
-    """Return a controller of one tuned number."""
     q = np.array(material.robot().posture)
     q[1::3] += values["angle"]
     return hp.HoldPosture(q)
 
 
 def height(found: Any, baseline: Any) -> float:
-    """Return an objective's value."""
     return float(np.mean([run.height_mean for run in found]))
 
 
@@ -67,7 +65,6 @@ def pool() -> Mapping[type, list[Any]]:
 
 
 def instances(owner: type) -> list[Any]:
-    """Return sound instances of a class; empty where there is none."""
     if owner is hp.Session:
         return [session()]
     if owner is hp.feedback.FeedbackController:  # a protocol
@@ -101,7 +98,6 @@ def arguments(call: PublicCall, rng: random.Random, instance: Any = None) -> dic
 
 
 def argument(call: PublicCall, parameter: inspect.Parameter, rng: random.Random) -> Any:
-    """Return a sound argument of a call for one of its parameters."""
     name = parameter.name
     for key in (f"{call.name}.{name}", f"{call.attribute}.{name}", name):
         if key in BY_NAME:
@@ -120,12 +116,10 @@ def argument(call: PublicCall, parameter: inspect.Parameter, rng: random.Random)
 
 
 def _made(entry: Any) -> Any:
-    """Return the value of an entry of a table: of a function what it returns."""
     return entry() if callable(entry) else entry
 
 
 def _of_kind(kind: Any, rng: random.Random) -> Any:
-    """Return a sound value of a type."""
     origin, parts = typing.get_origin(kind), typing.get_args(kind)
     if origin is typing.Annotated:
         return _of_kind(parts[0], rng)
@@ -180,12 +174,10 @@ def _soil() -> Any:
 
 
 def _first(owner: type) -> Any:
-    """Return what makes the first instance of a class."""
     return lambda: instances(owner)[0]
 
 
 def _saved(owner: type, ending: str) -> Any:
-    """Return what saves the first instance of a class."""
     return lambda: instances(owner)[0].save(material.new_file(ending))
 
 

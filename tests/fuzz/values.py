@@ -46,7 +46,6 @@ OTHERS: tuple[Any, ...] = (
 
 
 def odd_value(rng: random.Random) -> Any:
-    """Return a number or something else."""
     if rng.random() < 0.5:
         return rng.choice(NUMBERS)
     if rng.random() < 0.3:
@@ -92,7 +91,6 @@ def _twice(text: str, rng: random.Random) -> str:
 
 
 def odd_data(data: Any, rng: random.Random) -> Any:
-    """Return plain data with one place in it changed."""
     if isinstance(data, dict) and data and rng.random() < 0.9:
         key = rng.choice(list(data))
         if rng.random() < 0.1:
@@ -164,7 +162,6 @@ def is_wrong_call(error: Exception) -> bool:
 
 
 def described(error: Exception) -> str:
-    """Return an exception, and where in the package or the campaign it was raised."""
     frames = [f for f in traceback.extract_tb(error.__traceback__) if _OURS.match(f.filename)]
     place = f"{_OURS.sub('', frames[-1].filename)}:{frames[-1].lineno}"
     first = (str(error).splitlines() or [""])[0]

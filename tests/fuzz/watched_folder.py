@@ -70,7 +70,6 @@ class Mark(NamedTuple):
 
 
 def mark_of(path: Path | str) -> Mark:
-    """Return the mark of what a path names, links not followed."""
     found = os.lstat(path)
     kind, content = stat.S_IFMT(found.st_mode), ""
     if kind == stat.S_IFREG and found.st_size <= LARGEST_READ:
