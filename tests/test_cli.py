@@ -72,12 +72,6 @@ def test_a_saved_case_repeats_the_walk_to_the_bit(run: Run):
     assert case.scene.contact.friction.mu == 0.6 and case.scene.servos.kp == 21.0
 
 
-def test_a_walk_too_short_for_tables_says_so(run: Run):
-    done = run(*WALK, "--duration", "0.5", "--no-html")
-    assert (done.status, done.left) == (0, ["walk.nc"])
-    assert done.out.startswith("so far: ") and "(--duration 2.4)" in done.out
-
-
 def test_stroke_that_does_not_fit_is_replaced_in_the_open(run: Run):
     """Without --stroke, a gait that cannot do 0.14 m takes 80 % of its largest, with a note."""
     options = "--heading 90 --foot-radius 0 --duration 0.2 --no-html".split()

@@ -83,6 +83,7 @@ def test_a_scene_names_what_is_wrong(path: tuple[Any, ...], value: Any, name: st
         ("arc", ("controller", "gait"), DROPPED, "controller.gait"),
         ("arc", ("initial", "q"), [[1.0], []], "initial"),
         ("walk", ("initial", "q"), [math.nan], "initial"),
+        ("walk", ("initial", "q"), [0.0] * 25, "initial"),
         ("walk", ("run", "duration"), [], "duration"),
     ],
 )  # fmt: skip
@@ -216,7 +217,12 @@ def test_what_no_loop_has_left_is_refused(loop: Any, name: str, value: Any) -> N
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("q", np.zeros(3)), ("v", 1.0), ("contacts", np.zeros((3, 4))), ("command", np.zeros((2, 2)))],
+    [
+        ("q", np.full(25, np.inf)),
+        ("v", 1.0),
+        ("contacts", np.zeros((3, 4))),
+        ("command", np.zeros((2, 2))),
+    ],
 )
 def test_arrays_of_a_checkpoint_that_fit_no_scene_are_refused(name: str, value: Any) -> None:
     with pytest.raises((ParameterError, StateError)) as caught:
@@ -249,18 +255,12 @@ def assert_finite(page: Path) -> None:
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [*(("force_scale", value) for value in (1e7, 0.0, 1e-10)), ("speed", 0.0), ("speed", 1e7),
-     ("port", -1), ("port", 70_000), ("duration", -1.0), ("duration", 1e300)],
+    [("force_scale", 1e-10), ("speed", 0.0), ("speed", 1e7), ("port", -1), ("port", 70_000),
+     ("duration", -1.0), ("duration", 1e300)],
 )  # fmt: skip
-def test_no_viewer_and_no_picture_has_such_a_setting(name: str, value: Any, tmp_path: Path) -> None:
+def test_no_viewer_has_such_a_setting(name: str, value: Any) -> None:
     with refused(ParameterError, name, value):
         hp.view.view(WALK, open_browser=False, **{"duration": 0.0, name: value})
-    for trace in (WALK, STILL) if name == "force_scale" else ():
-        with refused(ParameterError, name, value):
-            hp.view.write_html(trace, tmp_path / "page.html", force_scale=value)
-        with refused(ParameterError, name, value):
-            hp.view.write_side_by_side({"a": trace}, tmp_path / "page.html", force_scale=value)
-    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("scale", [1e3, 1e-9])
@@ -273,10 +273,3 @@ def test_pages_at_the_ends_of_the_ranges_are_finite(tmp_path: Path, scale: float
             assert_finite(page)
         hp.view.write_side_by_side({"a": WALK, "b": STILL}, page, force_scale=scale)
         assert_finite(page)
-
-
-@pytest.mark.parametrize("polygons", [0, 1_000_000])
-def test_no_figure_has_so_many_polygons(tmp_path: Path, polygons: int) -> None:
-    pytest.importorskip("matplotlib")
-    with refused(ParameterError, "polygons", polygons):
-        hp.view.write_mass_center_figure(WALK, tmp_path / "figure.png", polygons=polygons)

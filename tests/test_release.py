@@ -7,7 +7,6 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import pytest
 import yaml
 
 if sys.version_info >= (3, 11):
@@ -18,7 +17,6 @@ else:
 ROOT = Path(__file__).parents[1]
 PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 PROJECT = PYPROJECT["project"]
-WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
 
 
 def loaded(path: str) -> dict[str, Any]:
@@ -54,15 +52,3 @@ def test_wheels_are_built_for_the_python_versions_of_the_project() -> None:
     built = PYPROJECT["tool"]["cibuildwheel"]["build"].split()
     least = int(PROJECT["requires-python"].removeprefix(">=3."))
     assert built == [f"cp3{minor}-*" for minor in range(least, least + len(built))]
-
-
-@pytest.mark.parametrize("path", WORKFLOWS, ids=lambda path: path.stem)
-def test_workflows_call_targets_that_exist(path: Path) -> None:
-    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
-    text = path.read_text(encoding="utf-8")
-    jobs = yaml.safe_load(text)["jobs"]
-    assert all("runs-on" in job and job["steps"] for job in jobs.values())
-    for call in re.findall(r"make PYTHON=python ([\w ]+)", text):
-        for target in call.split():
-            if target != "docs":  # of the documentation's own part of the Makefile
-                assert re.search(rf"^{target}:", makefile, re.MULTILINE), target

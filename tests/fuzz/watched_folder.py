@@ -126,9 +126,9 @@ class WatchedFolder:
         self.before = {path: mark_of(path) for path in self.before if os.path.lexists(path)}
 
     def clear(self) -> None:
-        """Remove what is new, folders apart."""
+        """Remove what is new in the tree, folders apart."""
         for path in set(self._all()) - self.before.keys():
-            if path.is_symlink() or not path.is_dir():
+            if path.is_relative_to(self.root) and (path.is_symlink() or not path.is_dir()):
                 path.unlink()
 
     def changes(self, named: frozenset[Path] = frozenset()) -> list[str]:
