@@ -78,21 +78,16 @@ def write_byte_code(processes: int) -> None:
 
 
 def drawn(given: argparse.Namespace, first: int) -> list[tuple[str, int]]:
-    """Return door and seed of each input, commands spread evenly among the others."""
+    """Return door and seed of each input, commands spread among the others."""
     doors = given.doors.split(",")
     if not set(doors) <= set(DOORS):
         sys.exit(f"no such doors: {given.doors}; there are {', '.join(DOORS)}")
-    found = list[tuple[float, str, int]]()
-    for count, own in (
-        (
-            given.inputs,
-            [one for one in doors if one not in SELDOM for _ in range(WEIGHTS.get(one, 1))],
-        ),
-        (given.commands, [door for door in doors if door in SELDOM]),
-    ):
-        for k in range(count if own else 0):
-            found.append(((k + 0.5) / count, own[k % len(own)], first + k))
-    return [(door, seed) for _, door, seed in sorted(found)]
+    often = [door for door in doors if door not in SELDOM for _ in range(WEIGHTS.get(door, 1))]
+    seldom = [door for door in doors if door in SELDOM]
+    counts = [(given.inputs if often else 0, often), (given.commands if seldom else 0, seldom)]
+    found = [(own[k % len(own)], first + k) for count, own in counts for k in range(count)]
+    random.Random(first).shuffle(found)
+    return found
 
 
 def again(door: str, seed: str) -> int:

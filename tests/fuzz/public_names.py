@@ -46,13 +46,9 @@ LONG_NUMBERS = ("tune.budget", "tune.population")
 
 @dataclass(frozen=True)
 class PublicCall:
-    """One thing that can be called.
+    """One thing that can be called, such as "Gait.tripod", "Trace()" or "Trace (copies)".
 
-    Attributes:
-        name: dotted, such as "Gait.tripod", "view.write_html", "Trace()" or "Trace (copies)".
-        kind: one of the six above; a static method counts as a class method.
-        owner: the module, or the class.
-        attribute: of the owner; empty: the owner itself.
+    Its owner is the module or the class; a static method counts as a class method.
     """
 
     name: str

@@ -107,7 +107,8 @@ def argument(call: PublicCall, parameter: inspect.Parameter, rng: random.Random)
         return (instances(owner) or [{}])[0]
     if name == "path":
         endings = [one for one, names in NEW_FILES.items() if call.name in names.split()]
-        return str(material.new_file(*endings or ["nc"]))
+        other = "png" if call.name.startswith("view.write_") else "nc"
+        return str(material.new_file(*endings or [other]))
     if isinstance(owner, type) and call.kind == CONSTRUCTOR:
         function = vars(owner).get("__init__", owner.__new__)
     known = inspect.isroutine(function) and getattr(function, "__module__", None)
@@ -154,9 +155,6 @@ PLAIN: Mapping[Any, Any] = {
 
 
 NEW_FILES: Mapping[str, str] = {
-    "png": "view.write_figure view.write_comparison_figure view.write_gait_energy_figure "
-    "view.write_joint_motion_figure view.write_joint_torque_figure view.write_mass_center_figure "
-    "view.write_quasi_static_figure view.write_torque_curves view.write_torque_heat_map",
     "html": "view.write_html view.write_side_by_side view.write_study_report "
     "view.write_selection_report",
     "json": "Comparison.save Summary.save",
@@ -164,7 +162,7 @@ NEW_FILES: Mapping[str, str] = {
     "yaml": "write_joint_trajectory",
     "csv": "write_servo_ticks",
 }
-"""Endings of files that calls write; of others: nc."""
+"""Endings of files that calls write; of other pictures: png, of others: nc."""
 
 
 def _soil() -> Any:

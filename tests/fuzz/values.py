@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 from tomli_w import dumps
 
-import hexapod_pin as hp
 from hexapod_pin.spec import read_toml
 
 ESCAPE = "\x1b]0;owned\x07"
@@ -149,12 +148,6 @@ def _is_read_as_not_finite(word: str) -> bool:
         return not math.isfinite(float(word))
     except ValueError:
         return False
-
-
-def require_finite_data(trace: hp.Trace) -> None:
-    for name in ("time", "q", "v", "torque", "foot_force", "com"):
-        if not np.isfinite(getattr(trace, name)).all():
-            raise FaultFound(f"{name} of a run is not finite")
 
 
 def is_wrong_call(error: Exception) -> bool:
