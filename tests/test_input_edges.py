@@ -67,6 +67,7 @@ def changed(data: Any, path: tuple[Any, ...], value: Any) -> Any:
         (("loads",), {}, "scene.loads"), (("loads", 0, "kind"), "anchor", "loads[0].kind"),
         (("loads", 0, "mass"), DROPPED, "loads[0].mass"), (("servo",), DROPPED, "scene.servo"),
         (("gravitation",), [0.0, 0.0, 0.0], "scene.gravitation"),
+        (("robot", "foot_radius"), [0.01, 0.02], "robot.foot_radius"),
     ],
 )  # fmt: skip
 def test_a_scene_names_what_is_wrong(path: tuple[Any, ...], value: Any, name: str) -> None:
@@ -84,7 +85,9 @@ def test_a_scene_names_what_is_wrong(path: tuple[Any, ...], value: Any, name: st
         ("arc", ("initial", "q"), [[1.0], []], "initial"),
         ("walk", ("initial", "q"), [math.nan], "initial"),
         ("walk", ("initial", "q"), [0.0] * 25, "initial"),
-        ("walk", ("run", "duration"), [], "duration"),
+        ("walk", ("run", "duration"), [], "duration"), ("arc", ("run",), 3, "run"),
+        ("arc", ("controller",), {"kind": "kinematic", "gait": 3}, "controller.gait"),
+        ("arc", ("initial", "v"), DROPPED, "initial"), ("walk", ("initial", "q"), [0.0], "initial"),
     ],
 )  # fmt: skip
 def test_a_case_names_what_is_wrong(case: str, path: Any, value: Any, name: str) -> None:
