@@ -281,13 +281,9 @@ def _faults_of_end(given: CommandInput, ending: Ending, slow: bool) -> Iterator[
 
 
 def is_slow(given: CommandInput, ending: Ending) -> bool:
-    """Tell whether it took too much processor time, with all processes that it started.
-
-    Importing libraries takes a sound command up to `PATIENCE` on a slow machine: that is granted
-    besides.
-    """
+    """Tell whether it took too much processor time, with all processes that it started."""
     asked = re.search(r"--processes[ =](\d)\b", " ".join(given.words))
-    return ending.seconds > PATIENCE * (1 + int(asked[1]) if asked else 2)
+    return ending.seconds > PATIENCE * (1 + int(asked[1]) if asked else 1)
 
 
 def _faults_of_text(given: CommandInput, ending: Ending) -> Iterator[str]:
