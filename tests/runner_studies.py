@@ -51,12 +51,10 @@ seed = 3
 
 @cache
 def scene() -> hp.Scene:
-    """A robot on level ground."""
     return hp.Scene(hp.load_robot("kharagpur"))
 
 
 def compared(**how: Any) -> str:
-    """Two walks and one that is refused, on two grounds."""
     walks = {
         "plain": hp.KinematicControl(GAIT),
         "fast": hp.KinematicControl(FAST),
@@ -82,7 +80,6 @@ def _comparison(found: hp.study.Comparison) -> str:
 
 
 def judged(**how: Any) -> str:
-    """The peaks of a walk."""
     found = hp.study.judge_peaks(hp.Case(scene(), hp.KinematicControl(GAIT), **SHORT), **how)
     return json.dumps(found.to_dict())
 
@@ -94,7 +91,6 @@ def _walk() -> tuple[hp.Case, hp.Trace]:
 
 
 def stiffness(**how: Any) -> str:
-    """The peaks of a walk with other servos."""
     return repr(servo_stiffness(*_walk(), **how))
 
 
@@ -108,7 +104,6 @@ def mapped(**how: Any) -> str:
 
 
 def costed(**how: Any) -> str:
-    """Two gaits at two speeds, and a repeat."""
     gaits = {"tripod": hp.Gait.tripod(), "ripple": hp.Gait.ripple()}
     return _grid(
         hp.study.gait_energy(
@@ -131,8 +126,6 @@ def _plain(value: Any) -> bool:
 
 
 def tuned(**how: Any) -> str:
-    """Two generations and more."""
-
     def crouch(values: Any) -> hp.HoldPosture:
         q = np.array(scene().robot.posture)
         q[1::3] += values["angle"]
@@ -148,12 +141,10 @@ def tuned(**how: Any) -> str:
 
 
 def selected(**how: Any) -> str:
-    """Two motors, the lightest ones, and two samples."""
     return json.dumps(hp.select_motors(MOTORS, **how).to_dict())
 
 
 def swept(**how: Any) -> str:
-    """Three walks of a study file; the dataset is that of the store."""
     store = how.pop("store", None)
     if store is None:
         store = Path(os.devnull)
@@ -174,14 +165,7 @@ STUDIES: dict[str, Callable[..., str]] = {
 
 
 def kill(name: str, store: str, after: int, inside: bool) -> None:
-    """Run a study and end this process by SIGKILL.
-
-    Args:
-        name: of the study.
-        store: of its rows; it is gone on with where it exists.
-        after: how many times rows were put on the disk by then.
-        inside: whether the transaction after these is under way.
-    """
+    """Run a study and SIGKILL this process after some writes to the store, or inside the next."""
     write, count = Store._write, 0
 
     def killing(self: Store, rows: Any) -> None:

@@ -43,12 +43,10 @@ seed = {seed}
 
 
 def study_text(samples: int = 4, seed: int = 7, more: str = "") -> str:
-    """The file of 3 * samples walks with other payloads and frictions."""
     return BASE + PAYLOADS + more + FRICTIONS.format(samples=samples, seed=seed)
 
 
 def small_study(samples: int = 4, seed: int = 7) -> SweepStudy:
-    """3 * samples short walks."""
     return SweepStudy.from_toml(study_text(samples, seed))
 
 
@@ -58,17 +56,14 @@ def adaptive_study() -> SweepStudy:
 
 
 def partly_impossible() -> SweepStudy:
-    """Four walks, the third of which cannot be."""
     return SweepStudy.from_toml(BASE + durations(0.9, 0.92, -1.0, 0.94))
 
 
 def durations(*values: float) -> str:
-    """The table of walks of different duration."""
     return f'\n[[vary]]\npath = "run.duration"\nvalues = {list(values)}\n'
 
 
 def write_study_file(folder: Path, samples: int = 4) -> Path:
-    """Write the file of a small study."""
     path = folder / "study.toml"
     path.write_text(study_text(samples))
     return path

@@ -10,7 +10,8 @@ import os
 import re
 import shutil
 import subprocess
-from collections.abc import Mapping
+import sys
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from textwrap import dedent
 from types import ModuleType, SimpleNamespace
@@ -19,11 +20,19 @@ from typing import Any
 import contact_formulas
 import numpy as np
 import pytest
+import tomli_w
 from numpy.testing import assert_allclose
+from refusals import refused
+from typer.testing import CliRunner
 
 import hexapod_pin as hp
+from hexapod_pin.commands.app import app
+from hexapod_pin.commands.scene_options import read_terrain_option
 from hexapod_pin.control import gait as gait_module
+from hexapod_pin.control.registry import read_controller
+from hexapod_pin.errors import ParameterError, UnknownNameError, UserCodeError
 from hexapod_pin.ground.contact import friction, normal
+from hexapod_pin.ground.terrain import read_terrain
 from hexapod_pin.results import joint_budget, summary, walk_metrics
 
 ROOT = Path(__file__).parents[1]
@@ -93,7 +102,6 @@ def second_formula(name: str, law: str, monkeypatch: pytest.MonkeyPatch, **laws:
 
 @needs_compiler
 def test_the_normal_law(tmp_path, monkeypatch):
-    """Force and energy of the compiled law, its derivatives, and what the class states."""
     cls = defined(normal, pieces("A normal law", "python")[0])["Hardening"]
     formula, law = second_formula("numpy_normal", "A normal law", monkeypatch, Hardening=cls)
     head, force, energy, release = pieces("A normal law", "cpp")[:4]
@@ -129,7 +137,6 @@ def test_the_normal_law(tmp_path, monkeypatch):
 
 @needs_compiler
 def test_the_friction_law(tmp_path, monkeypatch):
-    """The compiled law, its slopes at rest and in sliding, and the creep of the class."""
     section = "A friction law"
     cls = defined(friction, pieces(section, "python")[0])["RootCoulomb"]
     formula, law = second_formula("numpy_friction", section, monkeypatch, RootCoulomb=cls)
@@ -154,49 +161,8 @@ def test_the_friction_law(tmp_path, monkeypatch):
     assert law.limit == law.mu and law._creep(law.mu) == np.inf
 
 
-FLOW = """#pragma once
-#include <cmath>
-#include <memory>
-#include <valarray>
-namespace hexapod {
-using VectorXd = std::valarray<double>;
-struct Reference {};
-struct Plant {
-  static constexpr bool kPrescribed = false;
-  int modes = 0, ends = 0;
-  std::size_t joints() const { return 1; }
-  void find_modes(const VectorXd&, const VectorXd&, const VectorXd&) { ++modes; }
-  void stop_turned_back(VectorXd&) { ++ends; }
-};
-struct EnergyLedger { double work = 0.0; void add(double w) { work += w; } };
-template <class PlantT> struct ChartFlow {  // q' = v, v' = -q, w' = v^2
-  ChartFlow(PlantT&, Reference&) {}
-  void begin(const VectorXd& q, const VectorXd& v, VectorXd& y) { y = {q[0], v[0], 0.0}; }
-  void rate(double, const VectorXd& y, VectorXd& dy) { dy = {y[1], -y[0], y[1] * y[1]}; }
-  void rate_here(double t, const VectorXd& y, VectorXd& dy) { rate(t, y, dy); }
-  void state(double, const VectorXd& y, VectorXd& q, VectorXd& v) { q = {y[0]}; v = {y[1]}; }
-  void servo_demand(double, VectorXd& demand) { demand = 0.0; }
-  double w(const VectorXd& y) { return y[2]; }
-  void update_bristles(const VectorXd&) {}
-};
-}
-"""
-"""What the header of a method uses of the core, for a swinging mass, without Pinocchio."""
-
-SWING = """for (int steps : {50, 100}) {
-  Plant plant; Reference reference; EnergyLedger ledger; Heun<Plant> method(plant);
-  VectorXd q = {1.0}, v = {0.0};
-  const double h = 2.0 / steps;
-  for (int k = 0; k < steps; ++k) method.step(plant, reference, k * h, h, q, v, ledger);
-  const int missed = 2 * steps - plant.modes - plant.ends;
-  std::printf("%.17g %.17g %.17g %d\\n", q[0], v[0], ledger.work, missed);
-}
-"""
-
-
-@needs_compiler
-def test_the_integration_method(tmp_path):
-    """Its step has order 2, also in the work, and what it calls is in the core."""
+def test_the_integration_method():
+    """What it calls is in the core, and its unit is that of a method of the core."""
     header, unit = pieces("An integration method", "cpp")
     for owner, file in (("flow", "methods/chart_flow.hpp"), ("plant", "plant/plant.hpp")):
         real = (NATIVE / file).read_text(encoding="utf-8")
@@ -204,17 +170,11 @@ def test_the_integration_method(tmp_path):
             assert re.search(rf"\b{name}\(", real), name
     rk4 = (NATIVE / "methods" / "rk4.cpp").read_text(encoding="utf-8")
     assert unit.replace("heun", "rk4").replace("Heun", "RungeKutta4") == rk4
-    (tmp_path / "methods").mkdir()
-    (tmp_path / "methods" / "chart_flow.hpp").write_text(FLOW, encoding="utf-8")
-    found = compiled("heun.hpp", header, SWING, tmp_path)
-    exact = [np.cos(2.0), -np.sin(2.0), 1.0 - np.sin(4.0) / 4.0]
-    coarse, fine = np.abs(found[:, :3] - exact)
-    assert_allclose(coarse / fine, 4.0, rtol=0.1)  # the next term of the error: a few per cent
-    assert fine.max() < 1e-3 and not found[:, 3].any()
+    (block,) = pieces("Logging", "python")
+    exec(compile(block, "extending.md", "exec"), {})
 
 
 def test_the_gait(monkeypatch):
-    """It has the placements that the page has a test type again, and can be walked."""
     (constructor,) = pieces("A gait", "python")
     made = defined(gait_module, constructor)["sides"]
     monkeypatch.setattr(hp.Gait, "sides", made, raising=False)
@@ -236,7 +196,6 @@ FRACTIONS = (np.arange(600) + 0.5) / 600
 
 
 def test_the_metric():
-    """A walk's metrics have it, with its unit."""
     field, value = pieces("A metric", "python")
     source = inspect.getsource(walk_metrics)
     source = put(source, field, "    heading_error: float | None", indent="    ")
@@ -251,7 +210,6 @@ def test_the_metric():
 
 
 def test_the_number_of_the_summary():
-    """Its places in the core exist once, with the names that it uses there; it is a quantity."""
     field, take, term, name = pieces("A number of the summary", "cpp")
     totals, numbers = (
         (NATIVE / "run" / file).read_text(encoding="utf-8")
@@ -301,6 +259,111 @@ def test_the_column_of_the_budget():
         assert len(last) == 3 and all(re.fullmatch(cell, one) for one in last)
 
 
-def test_the_log():
-    (block,) = pieces("Logging", "python")
-    exec(compile(block, "extending.md", "exec"), {})
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+TEMPLATE = Path(__file__).parents[1] / "examples" / "plugin_template"
+
+
+def install(folder: Path, name: str, groups: dict[str, dict[str, str]]) -> None:
+    info = folder / f"{name.replace('-', '_')}-0.1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 0.1.0\n")
+    lines = []
+    for group, entries in groups.items():
+        lines += [f"[{group}]", *(f"{key} = {value}" for key, value in entries.items())]
+    (info / "entry_points.txt").write_text("\n".join(lines))
+
+
+@pytest.fixture
+def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The template, installed as pip would: its module on the path, and its metadata."""
+    project = tomllib.loads((TEMPLATE / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    install(tmp_path, project["name"], project["entry-points"])
+    monkeypatch.syspath_prepend(TEMPLATE)
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "hexapod_pin_template", raising=False)
+    return tmp_path
+
+
+def test_names_of_a_package_are_those_of_the_package(installed: Path, tmp_path: Path) -> None:
+    """In Python, in case files, in study files and on the command line."""
+    robot = hp.load_robot("crawler")
+    assert robot.total_mass == pytest.approx(1.0 + 6 * 0.24) and len(robot.legs) == 6
+    assert hp.Contact.preset("wet-rubber").friction.limit == 0.35
+    bob = read_controller({"kind": "bob", "amplitude": 0.2})
+    data = tomllib.loads(hp.Case(hp.Scene(robot), bob, duration=0.2, accuracy=1e-2).to_toml())
+    data["scene"]["robot"] = {"source": "crawler"}
+    data["scene"]["terrain"] = {"kind": "crater", "depth": 0.03}
+    data["scene"]["contact"] = {"preset": "wet-rubber"}
+    case = hp.Case.from_toml(tomli_w.dumps(data))
+    assert case.scene.contact.friction.limit == 0.35
+    assert case.scene.terrain.height_at(0.0, 0.0) == pytest.approx(-0.03)
+    trace = case.run()
+    assert np.ptp(trace.q_ref[:, robot.joint_index("lf_femur_joint")]) > 0.05
+    assert hp.load_case(trace).controller.amplitude == 0.2
+    assert hp.Case.from_toml(case.to_toml()) == case
+    ground = read_terrain_option("crater:depth=0.01,radius=1.0")
+    assert ground is not None and ground.height_at(0.0, 0.0) == pytest.approx(-0.01)
+    done = CliRunner().invoke(app, ["contact", "wet-rubber"])
+    assert done.exit_code == 0, done.output
+
+
+def test_a_name_of_nobody_is_refused_with_all_names(installed: Path) -> None:
+    with refused(UnknownNameError) as robot:
+        hp.load_robot("crawlerr")
+    with refused(UnknownNameError) as contact:
+        hp.Contact.preset("dry-rubber")
+    with refused(ParameterError, "terrain.kind", "pit") as ground:
+        read_terrain({"kind": "pit"})
+    for caught, name in ((robot, "crawler"), (contact, "wet-rubber"), (ground, "crater")):
+        assert name in str(caught.value)
+    with refused(ParameterError, "--terrain", "crater:depth"):
+        read_terrain_option("crater:depth")
+    assert "hexapod_pin_template" not in sys.modules  # nothing of it was imported for this
+
+
+BROKEN: tuple[tuple[str, str, Callable[[], object], str], ...] = (
+    ("hexapod_pin.robots", "no_module_of_that_name:robot", lambda: hp.load_robot("odd"),
+     "ModuleNotFoundError"),
+    ("hexapod_pin.contacts", "math:no_such_name", lambda: hp.Contact.preset("odd"),
+     "AttributeError"),
+    ("hexapod_pin.terrains", "builtins:dict", lambda: read_terrain({"kind": "odd"}),
+     "TypeError"),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize(("group", "value", "call", "cause"), BROKEN)
+def test_an_error_names_the_entry_point_and_its_package(
+    group: str, value: str, call: Callable[[], object], cause: str, installed: Path
+) -> None:
+    install(installed, "odd-package", {group: {"odd": value}})
+    with refused(UserCodeError) as caught:
+        call()
+    for part in (f"odd = '{value}'", group, "odd-package 0.1.0", cause):
+        assert part in str(caught.value)
+
+
+def test_what_the_package_does_is_logged_and_nothing_is_printed(
+    installed: Path, caplog: pytest.LogCaptureFixture, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Under "hexapod_pin": what was inferred, what was loaded, how the error was controlled."""
+    quiet = "from hexapod_pin.log import LOG; LOG.warning('to nobody')"
+    done = subprocess.run([sys.executable, "-c", quiet], capture_output=True, check=True)
+    assert done.stdout == done.stderr == b""
+    plain = installed / "plain.urdf"
+    text = hp.urdf_path("kharagpur").read_text(encoding="utf-8")
+    plain.write_text(re.sub("<hexapod_pin.*</hexapod_pin>", "", text, flags=re.DOTALL))
+    with caplog.at_level("DEBUG", logger="hexapod_pin"):
+        hp.load_robot(plain)
+        robot = hp.load_robot("crawler")
+        walk = hp.KinematicControl(hp.Gait.tripod(stroke=0.04, cycle_time=0.4))
+        hp.simulate(hp.Scene(robot), walk, duration=0.4, accuracy=1e-2, method="dop853")
+    levels = {record.levelname for record in caplog.records}
+    text = caplog.text
+    assert levels == {"INFO", "DEBUG"} and {one.name for one in caplog.records} == {"hexapod_pin"}
+    for part in ("entry point crawler", "plain.urdf: inferred: ", "refinement", "of the accuracy"):
+        assert part in text, part
+    assert capsys.readouterr() == ("", "")

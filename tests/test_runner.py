@@ -1,4 +1,4 @@
-"""The runner: every study killed and resumed, stores of rows, what rows and errors survive."""
+"""The runner: every study killed and resumed, stores of rows; data and errors in users' pools."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ import multiprocessing
 import signal
 import sqlite3
 from collections import Counter
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.errors import (
-    DivergenceError,
+    HexapodError,
     OtherStudyError,
     ParameterError,
     StoreExistsError,
@@ -37,6 +38,7 @@ from hexapod_pin.study.runs.measure import measure_named, pack_error, unpack_err
 from hexapod_pin.study.runs.store import RowStore, Store, SweepStore
 from hexapod_pin.study.selection.evaluation import JOINT_DEMAND
 from tests.runner_studies import GAIT, ROBUST, STUDIES, kill, mapped, scene
+from tests.same_content import differences, error_types, one_of
 from tests.sweep_studies import small_study
 
 PATIENCE = 60.0
@@ -53,7 +55,6 @@ def processes() -> Any:
 
 @pytest.fixture
 def written(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """How many rows were put on the disk at a time."""
     counts: list[int] = []
     write = Store._write
 
@@ -67,7 +68,6 @@ def written(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 
 @cache
 def without_a_store(name: str) -> str:
-    """Return a study on two threads."""
     return STUDIES[name](threads=2)
 
 
@@ -76,11 +76,7 @@ def without_a_store(name: str) -> str:
 def test_a_study_that_is_killed_twice_goes_on_with_the_same_bits(
     name: str, processes: Any, tmp_path: Path, written: list[int]
 ) -> None:
-    """Right after its first row, and in the middle of a later one.
-
-    It goes on with another number of threads, and runs no case again. Without a store it has the
-    same bits.
-    """
+    """Right after its first row, and in the middle of a later one; no case is run again."""
     study, path = STUDIES[name], tmp_path / "a.db"
     wanted = without_a_store(name) if name != "swept" else study(store=tmp_path / "b.db", threads=2)
     kept = 0
@@ -102,19 +98,16 @@ def test_a_study_that_is_killed_twice_goes_on_with_the_same_bits(
 
 
 def walks(*strokes: float) -> list[hp.Case]:
-    """Postures that are held for a moment."""
     posture = np.array(scene().robot.posture)
     return [hp.Case(scene(), hp.HoldPosture(posture + x), **ROBUST) for x in strokes]
 
 
 def heights(run: Runner, cases: list[hp.Case]) -> list[Any]:
-    """Return the mean heights."""
     rows = run.rows(cases, SUMMARY).require_complete()
     return [row if isinstance(row, Exception) else row.height_mean for row in rows]
 
 
 def longest(case: hp.Case, trace: hp.Trace, factor: float) -> dict[str, Any]:
-    """Return a number of a trace, or fail."""
     if factor < 0.0:
         raise ParameterError("factor", factor, "not negative")
     return {"end": factor * float(trace.time[-1]), "none": None}
@@ -133,12 +126,8 @@ def test_rows_are_those_of_the_batch_and_remembered_by_content(
     assert written == [1, 1]  # two of the cases are the same
     with refused(StoreExistsError, path=str(path), kept=2):
         run_study(heights, cases, store=path)
-    more = walks(0.01, 0.02)
-    assert run_study(heights, more, store=path, resume=True)[0] == expected[1]
+    assert run_study(heights, walks(0.01, 0.02), store=path, resume=True)[0] == expected[1]
     assert written == [1, 1, 1]  # another study, one new case
-    longer = [replace(case, duration=0.05) for case in cases]
-    run_study(heights, longer, store=path, resume=True)
-    assert len(written) == 5
 
 
 def test_a_measure_with_other_settings_is_another_row(tmp_path: Path, written: list[int]) -> None:
@@ -151,7 +140,7 @@ def test_a_measure_with_other_settings_is_another_row(tmp_path: Path, written: l
         row = run_study(ends, factor, store=path, resume=True)
         assert row == {"end": pytest.approx(0.04 * factor), "none": None}
     assert len(written) == 2
-    for how in ({}, {"store": tmp_path / "b.db"}, {"executor": lambda: ThreadPoolExecutor(1)}):
+    for how in ({"store": tmp_path / "b.db"}, {"executor": lambda: ThreadPoolExecutor(1)}):
         with refused(ParameterError, "factor", -1.0):  # a fault of the study: raised, not kept
             run_study(ends, -1.0, **how)
     assert len(written) == 2 or written[2:] == [0]
@@ -168,51 +157,18 @@ class Own(hp.HoldPosture):
 
 
 @pytest.mark.usefixtures("own_modules")
-def test_a_row_belongs_to_the_source_of_the_users_controller(tmp_path: Path, monkeypatch) -> None:
-    """Another method, another row; the file's name and what else it holds do not matter."""
+def test_a_row_belongs_to_the_source_of_the_users_code(tmp_path: Path, monkeypatch) -> None:
+    """Another method or function, another row; the file's name and what else it holds do not."""
     monkeypatch.syspath_prepend(tmp_path)
     texts = {"a": OWN, "b": OWN + "\nx = 1\n", "c": OWN.replace("1.0", "2.0")}
-    keys = {}
+    case, keys = walks(0.0)[0], {}
     for name, text in texts.items():
         (tmp_path / f"own_{name}.py").write_text(text)
         control = importlib.import_module(f"own_{name}").Own()
-        keys[name] = SUMMARY.key(replace(walks(0.0)[0], controller=control))
+        keys[name] = SUMMARY.key(replace(case, controller=control))
     assert keys["a"] == keys["b"] != keys["c"]
-
-
-def test_a_row_belongs_to_the_source_of_the_users_measure() -> None:
-    """Another function under the same name and version is another row."""
-
-    def other(case: hp.Case, trace: hp.Trace, factor: float) -> dict[str, Any]:
-        return longest(case, trace, 2.0 * factor)
-
-    case, same = walks(0.0)[0], replace(LONGEST, of=longest)
-    assert LONGEST.key(case) == same.key(case) != replace(LONGEST, of=other).key(case)
-
-
-def test_failures_are_rows_and_are_tried_again_when_asked(
-    tmp_path: Path, written: list[int]
-) -> None:
-    far = hp.KinematicControl(GAIT.model_copy(update={"stroke": 2.0}))
-    cases, path = [hp.Case(scene(), far, duration=0.9), *walks(0.0)], tmp_path / "a.db"
-    direct = run_study(heights, cases)
-    for how in ({}, {"resume": True}):
-        row, _ = run_study(heights, cases, store=path, **how)
-        assert type(row) is type(direct[0]) and str(row) == str(direct[0])
-        assert vars(row)["limit"] == vars(direct[0])["limit"]
-    assert len(written) == 2
-    run_study(heights, cases, store=path, retry_failed=True)
-    assert len(written) == 3
-
-
-def test_damaged_rows_are_run_again(tmp_path: Path, written: list[int]) -> None:
-    cases, path = walks(0.0, 0.01, 0.02), tmp_path / "a.db"
-    expected = run_study(heights, cases, store=path)
-    with contextlib.closing(sqlite3.connect(path)) as file, file:
-        file.execute("UPDATE cases SET numbers = zeroblob(8) WHERE number = 1")
-    written.clear()
-    assert run_study(heights, cases, store=path, resume=True) == expected
-    assert written == [1]
+    same, other = replace(LONGEST, of=longest), replace(LONGEST, of=lambda *_: {})
+    assert LONGEST.key(case) == same.key(case) != other.key(case)
 
 
 def test_stores_of_rows_and_of_sweeps_are_not_mixed(tmp_path: Path) -> None:
@@ -230,30 +186,8 @@ def test_stores_of_rows_and_of_sweeps_are_not_mixed(tmp_path: Path) -> None:
         RowStore(sweep)
 
 
-class Unwritten:
-    """A controller that no case file can hold."""
-
-    def plan(self, robot: hp.Robot, duration: float) -> Any:
-        """Hold the posture."""
-        return hp.HoldPosture().plan(robot, duration)
-
-
-def test_what_cannot_be_written_runs_on_threads_without_a_store_only(tmp_path: Path) -> None:
-    cases = [hp.Case(scene(), Unwritten(), **ROBUST)]
-    [height] = run_study(heights, cases)
-    assert np.isfinite(height)
-    for how in ({"store": tmp_path / "a.db"}, {"executor": lambda: ThreadPoolExecutor(1)}):
-        with pytest.raises(ParameterError) as caught:
-            run_study(heights, cases, **how)
-        assert "Unwritten" in str(caught.value)
-    assert list(tmp_path.iterdir()) == []  # a store that stays empty goes
-
-
-@pytest.mark.parametrize("kept", [False, True])
-def test_ctrl_c_gives_what_was_done(kept: bool, tmp_path: Path, written: list[int]) -> None:
-    """A static study runs to its end with what is there; a store goes on from there."""
-    how: dict[str, Any] = {"store": tmp_path / "a.db"} if kept else {}
-    seen: list[Any] = []
+def test_ctrl_c_gives_what_was_done(tmp_path: Path, written: list[int]) -> None:
+    path, seen = tmp_path / "a.db", []
 
     def after_three(progress: Any) -> None:
         seen.append(progress)
@@ -263,59 +197,50 @@ def test_ctrl_c_gives_what_was_done(kept: bool, tmp_path: Path, written: list[in
     with pytest.raises(StudyInterrupted) as caught:
         hp.torque_map(
             scene(), "straight", gait=GAIT, strokes=[0.03, 0.05], cycle_times=[0.02, 0.4], check=1,
-            accuracy=1e-2, threads=1, progress=after_three, **how,
+            accuracy=1e-2, threads=1, progress=after_three, store=path,
         )  # fmt: skip
     reasons = Counter(text.split(":")[0] for text in caught.value.result.reason.ravel())
     assert reasons == {"GaitError": 2, "": 1, "not run": 1}
-    assert ("--resume" in str(caught.value)) is kept
-    if kept:
-        assert mapped(**how, resume=True) == without_a_store("mapped") and sum(written) == 5
-
-
-def test_ctrl_c_ends_a_study_that_needs_all_rows() -> None:
+    assert "--resume" in str(caught.value)
+    assert mapped(store=path, resume=True) == without_a_store("mapped") and sum(written) == 5
     stop = {"progress": lambda _: signal.raise_signal(signal.SIGINT), "threads": 1}
     with refused(StudyInterrupted, about=("1", "3")) as caught:
         run_study(heights, walks(0.0, 0.01, 0.02), **stop)
     rows = caught.value.result
     assert len(rows) == 3 and not rows.complete and rows[0].height_mean > 0.0
-    with pytest.raises(StudyInterrupted) as caught:
-        run_study(lambda run: signal.raise_signal(signal.SIGINT))
-    assert caught.value.result is None
 
 
 def test_options_that_do_not_fit_are_refused(tmp_path: Path) -> None:
     for how, name in (
-        ({"resume": True}, "resume"), ({"retry_failed": True}, "retry_failed"),
-        ({"threads": 0}, "threads"), ({"processes": 0}, "processes"),
+        ({"resume": True}, "resume"), ({"threads": 0}, "threads"),
+        ({"processes": 2**70}, "processes"), ({"scheduler": " "}, "scheduler"),
         ({"processes": 1, "scheduler": "tcp://a"}, "processes and scheduler"),
-        ({"scheduler": " "}, "scheduler"),
     ):  # fmt: skip
         with refused(ParameterError, name):
             run_study(heights, [], **how)
     with refused(UserCodeError):
         run_study(heights, walks(0.0), progress=lambda fraction: 1 / 0)
-    with pytest.raises(TypeError):
-        run_study(heights, [], thread=2)
-    assert run_study(heights, [], store=tmp_path / "a.db") == []
+
+    class Unwritten:
+        """A controller that no case file can hold: it runs on threads without a store only."""
+
+        def plan(self, robot: hp.Robot, duration: float) -> Any:
+            return hp.HoldPosture().plan(robot, duration)
+
+    cases = [hp.Case(scene(), Unwritten(), **ROBUST)]
+    assert np.isfinite(run_study(heights, cases)).all()
+    for how in ({"store": tmp_path / "a.db"}, {"executor": lambda: ThreadPoolExecutor(1)}):
+        with refused(ParameterError, about=("Unwritten",)):
+            run_study(heights, cases, **how)
+    assert list(tmp_path.iterdir()) == []  # a store that stays empty goes
 
 
 @pytest.mark.slow
 def test_worker_processes_give_the_same_bits() -> None:
     assert STUDIES["mapped"](processes=1) == without_a_store("mapped")
+    lost = replace(LONGEST, name="tests.test_runner:NONE")  # no worker finds it
     with refused(WorkersError, about=("tests.test_runner", "in PYTHONPATH. No case was finished.")):
-        # no worker finds this module
-        run_study(
-            lambda run: run.rows(walks(0.0), replace(LONGEST, name="tests.test_runner:NONE")),
-            processes=1,
-        )
-
-
-def test_limits_of_a_case_hold_on_workers_too() -> None:
-    few = replace(walks(0.0)[0], limits=hp.simulation.WorkLimits(evaluations=3.0))
-    for how in ({}, {"executor": lambda: ThreadPoolExecutor(1)}):
-        rows = run_study(lambda run: list(run.rows([few, *walks(0.0)], SUMMARY)), **how)
-        assert isinstance(rows[0], WorkLimitError) and rows[0].limit == "evaluations"
-        assert isinstance(rows[1], hp.Summary)
+        run_study(lambda run: run.rows(walks(0.0), lost), processes=1)
 
 
 def test_a_row_comes_back_to_the_bit() -> None:
@@ -339,24 +264,120 @@ def test_a_row_comes_back_to_the_bit() -> None:
     assert found["inner"]["array"].tobytes() == value["inner"].pop("array").tobytes()
     found["inner"].clear()
     assert repr(found) == repr(value)
-    with pytest.raises(TypeError):
-        LONGEST.pack({"set": {1}})
     with refused(ParameterError, "row"):
         LONGEST.unpack(case, *SUMMARY.pack(summary))
     with refused(ParameterError, "measure"):
         measure_named("tests.test_runner:NONE", {})
 
 
-def test_an_error_comes_back() -> None:
-    for error in (
-        ParameterError("a.b", 3, "less"), DivergenceError("far", object()), RuntimeError("x", 2),
-    ):  # fmt: skip
-        back = unpack_error(pack_error(error))
-        assert type(back) is type(error) and str(back) == str(error)
-    assert unpack_error(pack_error(ParameterError("a.b", 3, "less"))).value == 3
+def test_errors_come_back() -> None:
+    """Those of a worker, too: of a limit of a case, and of a user's own type."""
+    few = replace(walks(0.0)[0], limits=hp.simulation.WorkLimits(evaluations=3.0))
+    for how in ({}, {"executor": lambda: ThreadPoolExecutor(1)}):
+        rows = run_study(lambda run: list(run.rows([few, *walks(0.0)], SUMMARY)), **how)
+        assert isinstance(rows[0], WorkLimitError) and rows[0].limit == "evaluations"
+        assert isinstance(rows[1], hp.Summary)
+    back = unpack_error(pack_error(ParameterError("a.b", 3, "less")))
+    assert (type(back), back.name, back.value) == (ParameterError, "a.b", 3)
 
     class OwnError(Exception):
         """Of a user."""
 
     back = unpack_error(pack_error(OwnError("mine")))
     assert type(back).__name__ == "OwnError" and str(back) == "mine"
+
+
+SETTINGS: dict[str, Any] = {"duration": 0.2, "accuracy": 1e-3}
+
+
+def given_back(thing: Any) -> Any:
+    return thing
+
+
+def walked(hills: hp.Scene) -> tuple[hp.Robot, hp.Scene, hp.Case, hp.Trace, hp.Summary]:
+    gait = hp.Gait.tripod(stroke=0.04, cycle_time=0.3)
+    case = hp.Case(hills, hp.KinematicControl(gait), **SETTINGS)
+    trace = case.run()
+    return hills.robot, hills, case, trace, trace.summary
+
+
+class Breaks:
+    """A controller that raises after some ticks."""
+
+    period = 0.01
+
+    def start(self, scene: hp.Scene, batch: int) -> None:
+        """Nothing to remember."""
+
+    def update(
+        self, time: float, m: hp.feedback.Measurement, state: None
+    ) -> tuple[hp.feedback.Command, None]:
+        if time > 0.055:
+            raise ZeroDivisionError("a gain")
+        return hp.feedback.Command(m.q), None
+
+
+@pytest.fixture(scope="module", params=["processes", "dask"])
+def pool(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[Executor]:
+    """An executor with one worker process: Python's own, begun afresh, or that of a Dask client."""
+    if request.param == "processes":
+        fresh = multiprocessing.get_context("spawn")
+        with ProcessPoolExecutor(1, mp_context=fresh) as processes:
+            yield processes
+        return
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(
+        processes=True, n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0",
+        host="127.0.0.1", local_directory=str(tmp_path_factory.mktemp("dask")),
+    ) as cluster, distributed.Client(cluster, set_as_default=False) as client:  # fmt: skip
+        yield client.get_executor()
+
+
+@pytest.fixture(scope="module")
+def hills() -> hp.Scene:
+    robot = hp.load_robot("kharagpur")
+    hills = hp.HeightField.random(3, amplitude=5e-3)
+    return hp.Scene(robot, terrain=hills, loads=[hp.Payload("base_link", mass=0.3)])
+
+
+@pytest.fixture(scope="module")
+def here(hills: hp.Scene) -> tuple[Any, ...]:
+    return walked(hills)
+
+
+def test_a_worker_computes_the_same_bits(
+    pool: Executor, hills: hp.Scene, here: tuple[Any, ...]
+) -> None:
+    there = pool.submit(walked, hills).result(PATIENCE)
+    robot, _, case, trace, summary = there
+    assert there[1:4] == here[1:4] and summary.data == here[4].data  # wall times differ
+    assert robot.digest == hills.robot.digest and hp.load_case(trace) == case
+    how = {"duration": 0.3, "initial": trace.checkpoint}
+    assert not list(differences(here, pool.submit(given_back, here).result(PATIENCE)))
+    rest = pool.submit(partial(hp.simulate, **how), hills, case.controller).result(PATIENCE)
+    assert rest.digest == hp.simulate(hills, case.controller, **how).digest
+
+
+def broken(robot: hp.Robot) -> None:
+    hp.simulate(hp.Scene(robot), Breaks(), duration=0.1, accuracy=1e-3)
+
+
+def test_errors_of_a_worker_arrive_as_themselves(pool: Executor, hills: hp.Scene) -> None:
+    with pytest.raises(HexapodError) as alone:
+        broken(hills.robot)
+    with pytest.raises(HexapodError) as there:
+        pool.submit(broken, hills.robot).result(PATIENCE)
+    error, again = alone.value, there.value
+    assert type(again) is type(error) is UserCodeError and str(again) == str(error)
+    assert len(again.trace.time) >= 2 and again.trace.digest == error.trace.digest
+
+
+def test_every_type_of_error_goes_there_and_back(pool: Executor) -> None:
+    errors = list(map(one_of, error_types()))
+    back = pool.submit(given_back, errors).result(PATIENCE)
+    for error, again in zip(errors, back, strict=True):
+        assert type(again) is type(error) and str(again) == str(error)
+        held = {key: vars(again).get(key) for key in vars(error)}
+        assert not list(differences(vars(error), held))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -15,7 +14,7 @@ from studies.s2 import runs as s2_runs
 from studies.s2.claims import DONE, FAILS, HOLDS, IN_PART, Claim
 from studies.s2.findings import contact_table, findings, output_table
 from studies.s2.motors import Choices, chosen_motors
-from studies.s2.runs import PartsInterrupted, study_cases, study_parts
+from studies.s2.runs import study_cases
 
 import hexapod_pin as hp
 
@@ -39,13 +38,11 @@ def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def study(path: Path) -> dict:
-    """Return the parts of the file, read once for the scripts, too."""
     return dict(s2_runs._loaded(path, path.stat().st_mtime_ns))
 
 
 @pytest.fixture(scope="module")
 def motors(study: dict) -> Iterator[Choices]:
-    """Give the motors chosen for the paper's walk, which statements and page use, too."""
     found = chosen_motors(study["paper"])
     with pytest.MonkeyPatch.context() as patch:
         for module in (s2_claims, s2_motors):
@@ -55,7 +52,6 @@ def motors(study: dict) -> Iterator[Choices]:
 
 @pytest.fixture(scope="module")
 def tested(study: dict, motors: Choices) -> list[Claim]:
-    """All statements of the paper, each tested once."""
     return s2_claims.claims(study)
 
 
@@ -67,17 +63,13 @@ def test_one_file_holds_everything(study: dict) -> None:
     assert study["gait_energy"].scenes == tuple(s2_runs.energy_scenes(hp.load_robot("kharagpur")))
 
 
-def test_joint_one_is_highest_by_total_moment_only(tested: list[Claim]) -> None:
-    verdicts = {claim.text: claim.verdict for claim in tested}
-    text = "the torque of joint 1 is the highest in every leg"
-    assert verdicts[f"{text}: axis torque, what a motor gives"] == FAILS
-    assert verdicts[f"{text}: total moment across the joint"] == HOLDS
-    assert verdicts["the walk is statically stable"] == HOLDS
-
-
 def test_statements_are_those_of_the_paper(study: dict, tested: list[Claim]) -> None:
     """Variations were checked, no trend was stated; assumptions (b) and (c) hold."""
     verdicts = {claim.text: claim.verdict for claim in tested}
+    highest = "the torque of joint 1 is the highest in every leg"
+    assert verdicts[f"{highest}: axis torque, what a motor gives"] == FAILS
+    assert verdicts[f"{highest}: total moment across the joint"] == HOLDS
+    assert verdicts["the walk is statically stable"] == HOLDS
 
     def verdict(begin: str) -> str:
         (one,) = (text for text in verdicts if text.startswith(begin))
@@ -113,32 +105,18 @@ def test_the_maximum_torque_chooses_a_motor_that_overheats(motors: Choices) -> N
 
 
 def test_output_steps_miss_the_sharp_peaks(study: dict) -> None:
-    """Of the coxa 14 %; femur peaks last, so that 0.3 % are missed. Servos ring: 44 % of a tibia's.
-
-    No instant shows more than the peak of all steps.
-    """
     rows = output_table(study, s2_page.WALKS).rows
     first = [float(cell.split(", ")[1].split("%")[0]) for cell in rows[0][1:]]
     assert first == pytest.approx([14.4, 0.3, 0.1, 0.7], abs=0.15)
     missed = [float(x) for row in rows for c in row[1:] for x in
               c.split(", ")[1].replace("%", "").split(" to ")]  # fmt: skip
-    assert min(missed) >= 0.0 and max(missed) > 40.0
-
-
-def test_contacts_move_the_size_of_the_energy(study: dict) -> None:
-    """Of the mechanical cost by more than two at 0.03 m/s; every contact is named."""
-    table = contact_table(study["gait_energy"])
-    assert [row[0] for row in table.rows[:3]] == [
-        "servo, s2", "servo, s1", "servo, accurate",
-    ]  # fmt: skip
-    assert float(table.rows[-1][1].split(" / ")[0]) > 2.0
-
-
-def test_slow_walks_stand_in_the_page_beside_statics(study: dict) -> None:
-    table = s2_page.envelope_table(study)
-    assert [row[0] for row in table.rows] == ["tripod", "tetrapod", "wave 2/3", "wave 5/6"]
-    shares = [float(cell.split("(")[1].rstrip("%)")) for row in table.rows for cell in row[1:]]
-    assert max(map(abs, shares)) <= 2.0
+    assert min(missed) >= 0.0 and max(missed) > 40.0  # servos ring
+    contacts = contact_table(study["gait_energy"]).rows
+    assert [row[0] for row in contacts[:3]] == ["servo, s2", "servo, s1", "servo, accurate"]
+    assert float(contacts[-1][1].split(" / ")[0]) > 2.0  # they move the size of the energy
+    slow = s2_page.envelope_table(study).rows  # beside statics
+    shares = [float(cell.split("(")[1].rstrip("%)")) for row in slow for cell in row[1:]]
+    assert len(slow) == 4 and max(map(abs, shares)) <= 2.0
 
 
 def test_page_is_written_from_the_file(
@@ -151,23 +129,6 @@ def test_page_is_written_from_the_file(
     assert "| 0.56 / 0.44 / 0.189 |" in text  # of the angle by one STEP
     assert "| peak 0.4664 N m | peak 1.379 N m | peak 0.1155 N m |" in text
     assert max(len(line) for line in text.splitlines() if not line.startswith("|")) < 140
-
-
-def test_ctrl_c_keeps_what_is_done(study: dict, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The single runs are those of the study, which are not run again."""
-    done = [study[name] for name in study_cases()]
-    monkeypatch.setattr(s2_runs, "simulate_batch", lambda *_, **__: done)
-
-    @contextmanager
-    def bar(title: str) -> Iterator[Callable[[float], None]]:
-        if title == "stroke and cycle time":
-            raise KeyboardInterrupt
-        yield lambda fraction: None
-
-    with pytest.raises((PartsInterrupted, KeyboardInterrupt)) as caught:
-        study_parts(bar, every=11)
-    assert isinstance(caught.value, PartsInterrupted)
-    assert set(caught.value.parts) == set(study_cases())
 
 
 SCRIPTS = {

@@ -1,12 +1,14 @@
-"""Names around a store that are somebody else's, rows that are damaged, sweeps that never began."""
+"""Files written wholly or not at all, names that are somebody else's, locks of stores."""
 
 from __future__ import annotations
 
+import errno
 import gc
 import os
-import socket
+import signal
 import sqlite3
 import stat
+import subprocess
 import sys
 import threading
 from collections.abc import Callable
@@ -18,13 +20,17 @@ import pytest
 from refusals import ANY, refused
 
 import hexapod_pin as hp
+from hexapod_pin import atomic_file
+from hexapod_pin.atomic_file import sweep, write_atomically
 from hexapod_pin.errors import (
     OtherStudyError,
     ParameterError,
+    StoreLockedError,
     SweepStoreError,
+    TraceFileError,
     WorkersError,
 )
-from hexapod_pin.study.runs import SweepResult, run_sweep, store_file, store_guard, store_lock
+from hexapod_pin.study.runs import SweepResult, run_sweep, store_file, store_lock
 from hexapod_pin.study.runs import store as store_module
 from hexapod_pin.study.runs.store import SweepStore
 from hexapod_pin.study.runs.store_lock import StoreLock
@@ -32,75 +38,22 @@ from hexapod_pin.study.runs.task import case_outcomes
 from tests.sweep_studies import require_same_bits, small_study
 
 STUDY = small_study(1)
-PATIENCE = 60.0
-"""Longest wait for anything: a process that waits for a pipe would wait for ever [s]."""
 
 SIDES = ("-wal", "-shm", "-journal")
 
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> SweepResult:
-    """The undisturbed sweep of three cases."""
     return run_sweep(STUDY, tmp_path_factory.mktemp("whole") / "a.db", threads=1)
-
-
-def _raised(call: Callable[[], object]) -> BaseException | None:
-    """Return what a call raises, and fail where it waits for ever."""
-    found: list[BaseException | None] = []
-
-    def run() -> None:
-        try:
-            call()
-        except BaseException as error:
-            found.append(error)
-        else:
-            found.append(None)
-
-    thread = threading.Thread(target=run, daemon=True)
-    thread.start()
-    thread.join(PATIENCE)
-    assert found, "it waits for ever"
-    return found[0]
-
-
-class Precious:
-    """A file of somebody's, beside the folder of a sweep."""
-
-    def __init__(self, folder: Path, content: bytes) -> None:
-        """Write it."""
-        self.path = folder / "precious"
-        self.path.write_bytes(content)
-        self.content, self.inode = content, self.path.stat().st_ino
-
-    def require_untouched(self, names: int) -> None:
-        found = self.path.stat()
-        assert self.path.read_bytes() == self.content
-        assert (found.st_ino, found.st_nlink) == (self.inode, names)
-
-
-def _socket(path: Path, _precious: Path) -> None:
-    folder = os.open(path.parent, os.O_RDONLY)  # the name of a socket is at most 107 bytes long
-    with socket.socket(socket.AF_UNIX) as one:
-        one.bind(f"/proc/self/fd/{folder}/{path.name}")
-    os.close(folder)
-
-
-def _file_of_pages(path: Path, _precious: Path) -> None:
-    path.write_bytes(b"keys" * 8192)
 
 
 THINGS: dict[str, Callable[[Path, Path], object]] = {
     "link": lambda path, precious: path.symlink_to(precious),
-    "dangling link": lambda path, precious: path.symlink_to(precious.with_name("nothing")),
     "hard link": lambda path, precious: path.hardlink_to(precious),
     "pipe": lambda path, precious: os.mkfifo(path),
-    "folder": lambda path, precious: path.mkdir(),
-    "device": lambda path, precious: path.symlink_to("/dev/zero"),
-    "socket": _socket,
-    "file": lambda path, precious: path.write_bytes(b"keys"),
-    "file of pages": _file_of_pages,
+    "file": lambda path, precious: path.write_bytes(b"keys" * 8192),
 }
-"""What may stand at a name, made there."""
+"""What may stand at a name, made there; some lead to a file of somebody's."""
 
 
 def _shown(folder: Path) -> dict[str, Any]:
@@ -109,119 +62,65 @@ def _shown(folder: Path) -> dict[str, Any]:
     for path in folder.iterdir():
         state = path.lstat()
         content = path.read_bytes() if stat.S_ISREG(state.st_mode) else b""
-        target = os.readlink(path) if path.is_symlink() else ""
-        found[path.name] = (state.st_mode, state.st_ino, state.st_nlink, content, target)
+        found[path.name] = (state.st_mode, state.st_ino, state.st_nlink, content)
     return found
 
 
-NAMES = ("", "-lock", *SIDES)
-
-
-@pytest.mark.parametrize(
-    ("thing", "name", "begun"),
-    [
-        (thing, name, (i + k) % 2 == 1)  # each of them with each name, in pairs
-        for i, thing in enumerate(THINGS)
-        for k, name in enumerate(NAMES)
-    ],
-)
+@pytest.mark.parametrize("name", ["", "-lock", *SIDES])
+@pytest.mark.parametrize("thing", THINGS)
 def test_what_is_somebody_elses_is_refused_and_left_alone(
-    tmp_path: Path, whole: SweepResult, thing: str, name: str, begun: bool
+    tmp_path: Path, whole: SweepResult, thing: str, name: str
 ) -> None:
-    """Under each name of a store, whether its sweep is begun or gone on with, or only read."""
-    precious = Precious(tmp_path, b"keys")
-    folder = tmp_path / "sweep"
-    folder.mkdir()
-    store = folder / "a.db"
-    if begun and name:
-        store.write_bytes(whole.path.read_bytes())
-    THINGS[thing](store.with_name(store.name + name), precious.path)
-    calls = [lambda: run_sweep(STUDY, store, resume=begun)]
+    """Under each name of a store, whether its sweep is begun, gone on with, or only read."""
+    store, precious = tmp_path / "a.db", tmp_path / "precious"
+    precious.write_bytes(b"keys")
+    THINGS[thing](store.with_name(store.name + name), precious)
+    calls = [lambda: run_sweep(STUDY, store), lambda: run_sweep(STUDY, store, resume=True)]
     if name != "-lock":
         calls.append(lambda: hp.study.open_sweep(store))
-    before = _shown(folder)
+    before = _shown(tmp_path)
     for call in calls:
-        error = _raised(call)
-        assert isinstance(error, SweepStoreError) and str(store) in error.path, error
-        assert _shown(folder) == before
-        precious.require_untouched(2 if thing == "hard link" else 1)
-        assert not precious.path.with_name("nothing").exists()
-        if name:  # what is read is there
+        with pytest.raises(SweepStoreError) as caught:
+            call()
+        assert str(store) in caught.value.path and _shown(tmp_path) == before
+        if name:  # what is gone on with or read is there
             store.write_bytes(whole.path.read_bytes())
-            before = _shown(folder)
+            before = _shown(tmp_path)
 
 
-@pytest.mark.parametrize("thing", THINGS)
-def test_an_empty_file_of_somebodys_is_not_written_through(tmp_path: Path, thing: str) -> None:
-    """SQLite takes an empty file for a database of its own."""
-    precious = Precious(tmp_path, b"")
-    store = tmp_path / "a.db"
-    THINGS[thing](store, precious.path)
-    assert isinstance(_raised(lambda: run_sweep(STUDY, store)), SweepStoreError)
-    precious.require_untouched(2 if thing == "hard link" else 1)
-
-
-def test_a_link_to_a_store_is_read(tmp_path: Path) -> None:
-    """With what stands in the log beside the store itself."""
-    path, link = tmp_path / "a.db", tmp_path / "link.db"
-    link.symlink_to(path)
-    with SweepStore(path, STUDY) as store:
-        store.add(case_outcomes(STUDY, [1], 1))
-        assert hp.study.open_sweep(link).done == 1
-    assert hp.study.open_sweep(link).done == 1
-
-
-@pytest.mark.parametrize("path", ["a\0b", "", ".", "..", "/", "x" * 300, "none/a.db", "/dev/null"])
-def test_names_that_no_store_can_have(tmp_path: Path, monkeypatch: Any, path: str) -> None:
-    monkeypatch.chdir(tmp_path)
-    for call in (lambda: run_sweep(STUDY, path), lambda: hp.study.open_sweep(path)):
-        assert isinstance(_raised(call), SweepStoreError | ParameterError)
-    assert not list(tmp_path.iterdir())
-
-
-@pytest.mark.parametrize("moment", ["before", "after"])
-@pytest.mark.parametrize("thing", ["link", "dangling link", "hard link", "pipe", "file"])
-def test_what_takes_the_name_of_the_lock_in_between_is_left_alone(
+@pytest.mark.parametrize("moment", ["lock is made", "lock is opened", "store is opened"])
+@pytest.mark.parametrize("thing", ["link", "hard link", "file"])
+def test_what_takes_a_name_in_between_is_left_alone(
     tmp_path: Path, monkeypatch: Any, thing: str, moment: str
 ) -> None:
-    """Between the look at the name and the creation, and between that and the opening."""
-    precious = Precious(tmp_path, b"keys")
-    write = store_lock.write_atomically
+    """SQLite takes an empty file for a database of its own."""
+    store, precious, seen = tmp_path / "a.db", tmp_path / "precious", {}
+    precious.touch()
+    write, connect = store_lock.write_atomically, sqlite3.connect
 
-    def raced(path: Path, *rest: Any, **more: Any) -> Path:
-        if moment == "after":
+    def place(path: Path) -> None:
+        path.unlink(missing_ok=True)
+        THINGS[thing](path, precious)
+        seen.update(_shown(tmp_path))
+
+    def made(path: Path, *rest: Any, **more: Any) -> Path:
+        if moment == "lock is opened":
             write(path, *rest, **more)
-            path.unlink()
-        THINGS[thing](path, precious.path)
-        return path if moment == "after" else write(path, *rest, **more)
+        place(path)
+        return path if moment == "lock is opened" else write(path, *rest, **more)
 
-    monkeypatch.setattr(store_lock, "write_atomically", raced)
-    store = tmp_path / "a.db"
-    assert isinstance(_raised(lambda: StoreLock(store)), SweepStoreError)
-    precious.require_untouched(2 if thing == "hard link" else 1)
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.db-lock", "precious"]
-
-
-@pytest.mark.parametrize("thing", ["link", "dangling link", "hard link", "pipe", "file", "device"])
-@pytest.mark.parametrize("content", [b"", b"keys"])
-def test_what_takes_the_name_of_the_store_in_between_is_left_alone(
-    tmp_path: Path, monkeypatch: Any, thing: str, content: bytes
-) -> None:
-    """After the store was created or looked at, as SQLite opens it."""
-    precious = Precious(tmp_path, content)
-    store = tmp_path / "a.db"
-    connect = sqlite3.connect
-
-    def raced(*rest: Any, **more: Any) -> sqlite3.Connection:
+    def opened(*rest: Any, **more: Any) -> sqlite3.Connection:
         monkeypatch.setattr(sqlite3, "connect", connect)
-        store.unlink(missing_ok=True)
-        THINGS[thing](store, precious.path)
+        place(store)
         return connect(*rest, **more)
 
-    monkeypatch.setattr(sqlite3, "connect", raced)
-    assert isinstance(_raised(lambda: run_sweep(STUDY, store)), SweepStoreError)
-    precious.require_untouched(2 if thing == "hard link" else 1)
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.db", "precious"]
+    if moment == "store is opened":
+        monkeypatch.setattr(sqlite3, "connect", opened)
+    else:
+        monkeypatch.setattr(store_lock, "write_atomically", made)
+    with pytest.raises(SweepStoreError):
+        run_sweep(STUDY, store)
+    assert _shown(tmp_path)["precious"] == seen["precious"]
 
 
 def test_a_dropped_connection_is_not_taken_for_an_open_one(tmp_path: Path) -> None:
@@ -236,20 +135,6 @@ def test_a_dropped_connection_is_not_taken_for_an_open_one(tmp_path: Path) -> No
     del connection
     gc.collect()
     assert +store_file._open_here == before
-
-
-def test_what_takes_a_name_during_a_sweep_is_left_alone(tmp_path: Path) -> None:
-    store = tmp_path / "a.db"
-    with SweepStore(store, STUDY) as open_store:
-        for name in ("-lock", "-journal"):
-            other = store.with_name(store.name + name)
-            other.unlink(missing_ok=True)
-            other.write_bytes(b"keys")
-        open_store.add(case_outcomes(STUDY, range(3), 1))
-    for name in ("-lock", "-journal"):
-        assert store.with_name(store.name + name).read_bytes() == b"keys"
-        store.with_name(store.name + name).unlink()
-    assert hp.study.open_sweep(store).done == 3
 
 
 MARKS = {
@@ -287,38 +172,13 @@ def test_readers_of_this_process_keep_the_locks_of_sqlite(tmp_path: Path) -> Non
         assert len(after) == len(mine) > 0
 
 
-def test_an_empty_file_that_was_there_is_never_removed(tmp_path: Path, monkeypatch: Any) -> None:
-    path = tmp_path / "a.db"
-    path.touch()
-    with pytest.raises(WorkersError):
-        run_sweep(STUDY, path, executor=_refusing(monkeypatch))
-    assert [one.name for one in tmp_path.iterdir()] == ["a.db"]
-    monkeypatch.undo()
-    assert run_sweep(STUDY, path, threads=1).done == 3  # the same sweep again is no refusal
-
-
-# sweeps that end before their first case
-
-
 def _refusing(monkeypatch: Any) -> Callable[[], ThreadPoolExecutor]:
     """Return what makes a pool whose workers refuse the study."""
     monkeypatch.setattr("hexapod_pin.study.runs.workers.run_task", lambda *task: b"!it has pin 3")
     return lambda: ThreadPoolExecutor(1)
 
 
-@pytest.mark.parametrize("address", ["tls://127.0.0.1:1", "x"])
-def test_an_address_of_no_scheduler(tmp_path: Path, address: str) -> None:
-    distributed = pytest.importorskip("distributed")
-    error = _raised(lambda: run_sweep(STUDY, tmp_path / "a.db", scheduler=address))
-    assert isinstance(error, WorkersError) and error.kept == 0
-    assert not list(tmp_path.iterdir())
-    assert not any(  # it would close itself when it is collected, in the midst of anything
-        isinstance(one, distributed.Client) and one.status == "connecting"
-        for one in gc.get_objects()
-    )
-
-
-@pytest.mark.parametrize("address", ["", "  ", "tcp://127.0.0.1:1"])
+@pytest.mark.parametrize("address", ["  ", "tcp://127.0.0.1:1"])
 def test_no_address_and_no_dask_leave_no_store(
     tmp_path: Path, monkeypatch: Any, address: str
 ) -> None:
@@ -330,10 +190,13 @@ def test_no_address_and_no_dask_leave_no_store(
 
 
 def test_a_first_sweep_that_fails_can_be_begun_again(tmp_path: Path, monkeypatch: Any) -> None:
-    path = tmp_path / "a.db"
-    with refused(WorkersError, kept=0, about=("pin 3",)):
-        run_sweep(STUDY, path, executor=_refusing(monkeypatch))
-    assert not list(tmp_path.iterdir())
+    """An empty file that was there is never removed."""
+    path, there = tmp_path / "a.db", tmp_path / "b.db"
+    there.touch()
+    for one in (path, there):
+        with refused(WorkersError, kept=0, about=("pin 3",)):
+            run_sweep(STUDY, one, executor=_refusing(monkeypatch))
+    assert list(tmp_path.iterdir()) == [there]
     monkeypatch.undo()
 
     def none() -> ThreadPoolExecutor:
@@ -341,19 +204,8 @@ def test_a_first_sweep_that_fails_can_be_begun_again(tmp_path: Path, monkeypatch
 
     with refused(OSError, about=("no pool",)):
         run_sweep(STUDY, path, executor=none)
-    assert not list(tmp_path.iterdir())
-    assert run_sweep(STUDY, path, threads=1).done == 3
-
-
-def test_a_store_that_fails_later_is_kept(tmp_path: Path, monkeypatch: Any) -> None:
-    path = tmp_path / "a.db"
-    with pytest.raises(RuntimeError), SweepStore(path, STUDY) as store:
-        store.add(case_outcomes(STUDY, [0], 1))
-        raise RuntimeError
-    assert hp.study.open_sweep(path).done == 1
-    with pytest.raises(WorkersError):
-        run_sweep(STUDY, path, executor=_refusing(monkeypatch), resume=True)
-    assert hp.study.open_sweep(path).done == 1
+    assert list(tmp_path.iterdir()) == [there]
+    assert run_sweep(STUDY, there, threads=1).done == 3
 
 
 def test_a_sweep_that_was_killed_before_its_first_case_can_be_begun_again(tmp_path: Path) -> None:
@@ -376,19 +228,190 @@ def test_ctrl_c_before_anything_is_written_leaves_nothing(tmp_path: Path, monkey
     assert not list(tmp_path.iterdir())
 
 
-def test_marks_of_sqlite_are_those_that_it_writes(tmp_path: Path) -> None:
-    """The files beside a database that is being written, and one in the middle of a change."""
-    path = tmp_path / "a.db"
-    connection = sqlite3.connect(path, isolation_level=None)
-    connection.execute("CREATE TABLE t (a)")
-    connection.execute("BEGIN IMMEDIATE")
-    connection.execute("INSERT INTO t VALUES (zeroblob(9000000))")  # beyond its cache
-    assert store_guard.require_own_sides(path, write=True) is None
-    assert path.with_name("a.db-journal").read_bytes()[:8] == MARKS["-journal"]
-    connection.execute("ROLLBACK")
-    connection.execute("PRAGMA journal_mode = WAL")
-    connection.execute("INSERT INTO t VALUES (1)")
-    for name in ("-wal", "-shm"):
-        head = path.with_name(f"a.db{name}").read_bytes()
-        assert head.startswith(MARKS[name]) or head[3:8] == MARKS[name][3:8]
-    connection.close()
+def test_a_lock_that_is_lost_is_given_back_but_not_by_a_forked_child(tmp_path: Path) -> None:
+    lock = StoreLock(tmp_path / "a.db")
+    child = os.fork()
+    if child == 0:
+        lock.release()
+        os._exit(0)
+    os.waitpid(child, 0)
+    assert [one.name for one in tmp_path.iterdir()] == ["a.db-lock"]
+    del lock
+    gc.collect()
+    assert list(tmp_path.iterdir()) == []
+
+
+def _met_elsewhere(store: Path) -> str:
+    """Return what another process meets that wants to write to a store."""
+    code = (
+        "import sys; from pathlib import Path\n"
+        "from hexapod_pin.study.runs.store_lock import StoreLock\n"
+        "try: StoreLock(Path(sys.argv[1])).release(); print('free')\n"
+        "except Exception as error: print(type(error).__name__)"
+    )
+    run = [sys.executable, "-c", code, str(store)]
+    return subprocess.run(run, check=True, capture_output=True, text=True).stdout.strip()
+
+
+@pytest.mark.parametrize("links", [True, False])
+def test_one_lock_for_all_spellings_of_a_store(
+    tmp_path: Path, monkeypatch: Any, links: bool
+) -> None:
+    """Also on a disk where no file can have two names."""
+    (tmp_path / "other").symlink_to(tmp_path)
+    monkeypatch.chdir(tmp_path)
+
+    def refuse(*_: Any) -> None:
+        raise PermissionError(1, "Operation not permitted")
+
+    if not links:
+        monkeypatch.setattr(os, "link", refuse)
+    lock = StoreLock(tmp_path / "a.db")
+    for spelling in (Path("a.db"), tmp_path / "other" / "a.db"):
+        with pytest.raises(StoreLockedError):
+            StoreLock(spelling)
+    assert _met_elsewhere(tmp_path / "a.db") == "StoreLockedError"
+    lock.release()
+    lock.release()
+    assert _met_elsewhere(tmp_path / "a.db") == "free"
+    assert [one.name for one in tmp_path.iterdir()] == ["other"]
+
+
+WRITER = """
+import os, sys, time
+from hexapod_pin import atomic_file
+def stop(stream, content):
+    os.write(stream, b"part")
+    print("writing", flush=True)
+    time.sleep(60)
+atomic_file._write = stop
+atomic_file.write_atomically(sys.argv[1], b"whole")
+"""
+
+
+def left(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
+
+
+def writer(path: Path) -> subprocess.Popen[str]:
+    """Return a process that stays in the middle of writing."""
+    process = subprocess.Popen(
+        [sys.executable, "-c", WRITER, str(path)], stdout=subprocess.PIPE, text=True,
+        cwd=Path(atomic_file.__file__).parents[1],
+    )  # fmt: skip
+    assert process.stdout is not None
+    assert process.stdout.readline() == "writing\n"
+    return process
+
+
+def test_files_are_replaced_or_new_and_have_the_usual_permissions(tmp_path: Path) -> None:
+    path, plain = tmp_path / "a.txt", tmp_path / "plain"
+    plain.touch()
+    for content in (b"new", "new", memoryview(b"new")):
+        assert write_atomically(path, content) == path
+        assert (path.read_text(), path.stat().st_mode) == ("new", plain.stat().st_mode)
+        path.unlink()
+    plain.chmod(0o640)
+    write_atomically(plain, "second")
+    with pytest.raises(FileExistsError):
+        write_atomically(plain, "third", replace=False)
+    assert (plain.read_text(), plain.stat().st_mode & 0o777) == ("second", 0o640)
+    assert left(tmp_path) == ["plain"]
+
+
+@pytest.mark.parametrize("call", ["write", "replace", "fsync"])
+def test_a_full_disk_leaves_the_earlier_file(tmp_path: Path, monkeypatch, call: str) -> None:
+    path, real = tmp_path / "a.txt", os.write
+    path.write_text("old")
+
+    def full(*given: object, **_: object) -> int:
+        if call == "write" and len(given[1]) > 4:
+            return real(given[0], given[1][:4])
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(atomic_file.os, call, full)
+    with refused(TraceFileError, about=(str(path), os.strerror(errno.ENOSPC), "8")) as caught:
+        write_atomically(path, b"12345678")
+    assert caught.value.__cause__.errno == errno.ENOSPC
+    assert (path.read_text(), left(tmp_path)) == ("old", ["a.txt"])
+
+
+@pytest.mark.parametrize(
+    ("name", "number", "about"),
+    [
+        ("gone/a", errno.ENOENT, ("/gone ",)),  # the folder that is not there
+        ("a\0b", None, ("NUL",)),
+        (".", errno.EISDIR, ()),
+        ("/dev/null", errno.EINVAL, ()),
+        ("circle", errno.ELOOP, (" circle",)),  # where it leads to
+        ("link", errno.ELOOP, ("there",)),  # which may be anybody's
+    ],
+)
+def test_names_that_cannot_be_written(tmp_path, name, number, about):
+    (tmp_path / "circle").symlink_to("circle")
+    (tmp_path / "link").symlink_to(tmp_path / "there")
+    (tmp_path / "there").write_text("old")
+    shown = os.path.normpath(tmp_path / name.replace("\0", r"\x00"))
+    with refused(TraceFileError, about=(shown, *about)) as caught:
+        write_atomically(tmp_path / name, b"x")
+    assert getattr(caught.value.__cause__, "errno", None) == number
+    with refused(TraceFileError, about=(str(tmp_path / "a"), "UTF-8")):
+        write_atomically(tmp_path / "a", "\udcff")
+    assert left(tmp_path) == ["circle", "link", "there"]
+    assert (tmp_path / "there").read_text() == "old" and (tmp_path / "link").is_symlink()
+
+
+@pytest.mark.parametrize("kind", ["link", "pipe"])
+def test_what_takes_the_name_in_between_is_not_written_through(kind, tmp_path, monkeypatch):
+    """The finished file takes the name; what stood there in between keeps its content."""
+    precious, target = tmp_path / "precious", tmp_path / "a"
+    precious.write_text("keys")
+    synchronize = os.fsync
+
+    def put(stream: int) -> None:
+        synchronize(stream)
+        os.symlink(precious, target) if kind == "link" else os.mkfifo(target)
+
+    monkeypatch.setattr(atomic_file.os, "fsync", put)
+    write_atomically(target, "new")
+    assert (precious.read_text(), target.read_text()) == ("keys", "new")
+    assert not target.is_symlink()
+
+
+def test_what_only_looks_left_behind_stays(tmp_path: Path, monkeypatch) -> None:
+    """A pipe is not waited for; files of other machines and of other names are somebody's."""
+    mine = atomic_file._prefix(tmp_path / "a")
+    monkeypatch.setattr(atomic_file, "_system", lambda: "00000000")
+    other = atomic_file._prefix(tmp_path / "a") + "1-0.tmp"
+    monkeypatch.undo()
+    same, pipe = atomic_file._prefix(tmp_path / "b") + "1-0.tmp", mine + "1-0.tmp"
+    for name in (other, same):
+        (tmp_path / name).touch()
+    os.mkfifo(tmp_path / pipe)
+    write_atomically(tmp_path / "a", "x")
+    assert left(tmp_path) == sorted([other, same, pipe, "a"])
+
+
+def test_writers_of_one_name_leave_one_whole_file(tmp_path: Path) -> None:
+    path, contents = tmp_path / "a", [bytes([k]) * 200_000 for k in range(8)]
+    threads = [threading.Thread(target=write_atomically, args=(path, c)) for c in contents]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert path.read_bytes() in contents
+    assert left(tmp_path) == ["a"]
+
+
+def test_what_a_killed_writer_left_is_swept_and_a_living_one_is_not(tmp_path: Path) -> None:
+    path = tmp_path / "a"
+    with writer(path) as dead, writer(path) as living:
+        assert len(left(tmp_path)) == 2
+        dead.send_signal(signal.SIGKILL)
+        dead.wait()
+        write_atomically(path, "new")
+        assert path.read_text() == "new"
+        assert [f"-{living.pid}-" in name for name in left(tmp_path) if name != "a"] == [True]
+        living.kill()
+    assert len(sweep(path)) == 1
+    assert left(tmp_path) == ["a"]

@@ -1,11 +1,9 @@
-"""kill -9 of workers and of the whole sweep: what was finished stays, the rest gives the same bits.
-
-`python scripts/studies sweep_kills` does this at a hundred random moments.
-"""
+"""kill -9 of workers and of whole sweeps: what was finished stays; what workers may import."""
 
 from __future__ import annotations
 
 import contextlib
+import gc
 import itertools
 import os
 import signal
@@ -22,7 +20,7 @@ from studies.sweeps.loopback_cluster import free_port, loopback_cluster
 import hexapod_pin as hp
 from hexapod_pin.errors import SweepStoreError, WorkersError
 from hexapod_pin.study.runs import SweepResult, run_sweep
-from hexapod_pin.study.runs import workers as executors
+from hexapod_pin.study.runs import workers as worker_processes
 from hexapod_pin.study.runs.distribution import Distribution
 from hexapod_pin.study.runs.store import SweepStore
 from hexapod_pin.study.runs.workers import DaskWorkers, WorkerProcesses
@@ -36,7 +34,6 @@ PATIENCE = 60.0
 
 
 def _finished(path: Path) -> int:
-    """Return how many cases a store holds, which may not be there yet."""
     with contextlib.suppress(SweepStoreError):
         found = hp.study.open_sweep(path)
         return len(found) - len(found.pending)
@@ -52,44 +49,13 @@ def _alive(pid: int) -> bool:
 
 
 def _children(pid: int) -> list[int]:
-    words = Path(f"/proc/{pid}/task/{pid}/children")
-    found = [int(word) for word in words.read_text().split()]
-    for task in Path(f"/proc/{pid}/task").iterdir():
-        found += [int(word) for word in (task / "children").read_text().split()]
-    return sorted(set(found))
-
-
-def test_workers_that_are_killed_lose_nothing(tmp_path: Path) -> None:
-    """After the first and the fourth answer, with a task under way."""
-    workers = WorkerProcesses(1)
-    answers = 0
-
-    def kill() -> None:
-        nonlocal answers
-        answers += 1
-        if answers in (1, 4):
-            process = workers.workers[0].process
-            if process is not None:
-                os.kill(process.pid, signal.SIGKILL)
-
-    with SweepStore(tmp_path / "a.db", STUDY) as store:
-        cases = Distribution(STUDY, store, workers, chunk=2, threads=1, progress=kill)
-        try:
-            cases.run(range(12))
-        finally:
-            workers.close()
-        assert cases.deaths == 2
-    found = hp.study.open_sweep(tmp_path / "a.db")
-    assert found.failed == []
-    require_same_bits(found.dataset, run_sweep(STUDY, tmp_path / "b.db", threads=2).dataset)
+    tasks = Path(f"/proc/{pid}/task").iterdir()
+    return [int(word) for task in tasks for word in (task / "children").read_text().split()]
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 def test_a_sweep_that_is_killed_goes_on(tmp_path: Path) -> None:
-    """No worker outlives its parent, no lock does.
-
-    On threads, and killed twice: `swept` in tests/test_runner.py.
-    """
+    """No worker outlives its parent, no lock does; on threads: tests/test_runner.py."""
     study, path = write_study_file(tmp_path, 4), tmp_path / "a.db"
     command = [sys.executable, "-m", "hexapod_pin", "sweep", str(study), "--store", str(path)]
     sweep = subprocess.Popen(
@@ -114,15 +80,7 @@ def test_a_sweep_that_is_killed_goes_on(tmp_path: Path) -> None:
     require_same_bits(found.dataset, run_sweep(STUDY, tmp_path / "b.db", threads=2).dataset)
 
 
-# A sweep on a real Dask scheduler with two worker processes on the loopback.
-
 SMALL = small_study(2)
-
-
-@pytest.fixture(scope="module")
-def small(tmp_path_factory: pytest.TempPathFactory) -> SweepResult:
-    """The small sweep on two threads."""
-    return run_sweep(SMALL, tmp_path_factory.mktemp("small") / "a.db", threads=2)
 
 
 @pytest.fixture(scope="module")
@@ -131,6 +89,11 @@ def cluster() -> Iterator[str]:
     pytest.importorskip("distributed")
     with loopback_cluster(2) as address:
         yield address
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory: pytest.TempPathFactory) -> SweepResult:
+    return run_sweep(SMALL, tmp_path_factory.mktemp("small") / "a.db", threads=2)
 
 
 def test_two_workers_give_the_same_bits(cluster: str, small: SweepResult, tmp_path: Path) -> None:
@@ -144,42 +107,109 @@ def test_two_workers_give_the_same_bits(cluster: str, small: SweepResult, tmp_pa
     with distributed.Client(cluster, set_as_default=False) as client:
         again = run_sweep(SMALL, tmp_path / "c.db", executor=client.get_executor())
     require_same_bits(again.dataset, small.dataset)
+    store, tuned = tmp_path / "tuned.db", STUDIES["tuned"]  # an adaptive study, gone on with here
+    expected = tuned()
+    assert tuned(scheduler=cluster, store=store) == expected
+    assert tuned(store=store, resume=True) == expected
 
 
-def test_studies_on_the_workers_give_the_same_bits(cluster: str, tmp_path: Path) -> None:
-    """Also an adaptive one, and one that goes on here."""
-    for name in ("mapped", "tuned"):
-        store = tmp_path / f"{name}.db"
-        expected = STUDIES[name]()
-        assert STUDIES[name](scheduler=cluster, store=store) == expected
-        assert STUDIES[name](store=store, resume=True) == expected
-
-
+@pytest.mark.parametrize("kind", ["own", "dask"])
 def test_a_worker_that_is_killed_loses_nothing(
-    cluster: str, small: SweepResult, tmp_path: Path
+    kind: str, cluster: str, small: SweepResult, tmp_path: Path
 ) -> None:
-    """The scheduler gives its tasks to the other."""
-    workers = DaskWorkers(cluster)
-    assert workers.slots == 2
-    processes = list(workers.client.run(os.getpid).values())
+    """After the first and the fourth answer, with a task under way."""
+    workers = WorkerProcesses(1) if kind == "own" else DaskWorkers(cluster)
+    answers = 0
 
     def kill() -> None:
-        if processes:
-            os.kill(processes.pop(), signal.SIGKILL)
-            processes.clear()
+        nonlocal answers
+        answers += 1
+        if answers == 1 or (kind == "own" and answers == 4):
+            if kind == "own":
+                process = workers.workers[0].process.pid
+            else:
+                process = next(iter(workers.client.run(os.getpid).values()))
+            os.kill(process, signal.SIGKILL)
 
     with SweepStore(tmp_path / "b.db", SMALL) as store:
+        cases = Distribution(SMALL, store, workers, chunk=1, threads=1, progress=kill)
         try:
-            Distribution(SMALL, store, workers, chunk=1, threads=1, progress=kill).run(range(6))
+            cases.run(range(6))
         finally:
             workers.close()
-    require_same_bits(hp.study.open_sweep(tmp_path / "b.db").dataset, small.dataset)
+        assert cases.deaths == 2 or kind == "dask"
+    found = hp.study.open_sweep(tmp_path / "b.db")
+    assert found.failed == []
+    require_same_bits(found.dataset, small.dataset)
 
 
 def test_no_scheduler_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(executors, "PATIENCE", 0.5)
+    monkeypatch.setattr(worker_processes, "PATIENCE", 0.5)
     address = f"tcp://127.0.0.1:{free_port()}"
     begin = time.monotonic()
     with refused(WorkersError, kept=0, about=("Dask", address)):
         run_sweep(SMALL, tmp_path / "a.db", scheduler=address)
     assert time.monotonic() - begin < PATIENCE
+    distributed = pytest.importorskip("distributed")
+    assert not any(  # it would close itself when it is collected, in the midst of anything
+        isinstance(one, distributed.Client) and one.status == "connecting"
+        for one in gc.get_objects()
+    )
+
+
+MODULE = """
+import os
+with open({marker!r}, "a") as marker:
+    marker.write(f"{{os.getpid()}}\\n")
+exec((__import__("pathlib").Path(os.__file__).parent / "{name}.py").read_text())
+"""
+
+
+def test_modules_that_the_command_itself_runs_are_not_run_by_workers(tmp_path: Path) -> None:
+    """Python gives the command the current folder; it is not handed on.
+
+    Nor is an empty entry of the path: `PYTHONPATH=$PYTHONPATH:/somewhere` has one.
+    """
+    write_study_file(tmp_path, 1)
+    marker = tmp_path / "marker"
+    for name in ("struct", "random", "queue"):  # which Python, a worker or its imports ask for
+        (tmp_path / f"{name}.py").write_text(MODULE.format(marker=str(marker), name=name))
+    words = ["-m", "hexapod_pin", "sweep", "study.toml", "--processes", "1", "--chunk", "1"]
+    process = subprocess.Popen(
+        [sys.executable, *words], cwd=tmp_path, stdout=subprocess.PIPE, text=True,
+        stderr=subprocess.STDOUT, env={**os.environ, "PYTHONPATH": f"{os.pathsep}/none"},
+    )  # fmt: skip
+    shown, _ = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 0 and "3 of 3 cases done, all walk" in shown, shown
+    assert set(marker.read_text().split()) == {str(process.pid)}
+
+
+def test_folders_that_are_handed_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Those that were named, and that of a checkout that is used in place."""
+    home, gone = Path(worker_processes.__file__).parents[3], tmp_path / "gone"
+    gone.mkdir()
+    for folder, named, path, expected in (
+        (tmp_path, "", ["", str(tmp_path), "/one", tmp_path / "no text"], ["/one"]),
+        (tmp_path, str(tmp_path), ["", str(tmp_path), "/one"], [str(tmp_path), "/one"]),
+        (home, "", ["", str(home), "/one"], [str(home), "/one"]),
+        (gone, "", ["", "here", "/one"], ["/one"]),
+    ):
+        monkeypatch.chdir(folder)
+        monkeypatch.setenv("PYTHONPATH", os.pathsep.join(["", named]))
+        monkeypatch.setattr(sys, "path", path)
+        if folder == gone:
+            gone.rmdir()
+        assert worker_processes._import_folders() == expected
+    monkeypatch.chdir(tmp_path)
+
+
+def test_the_first_statement_takes_the_folder_away(tmp_path: Path) -> None:
+    """Before anything is imported that is not built in; for every release of Python alike."""
+    (tmp_path / "struct.py").write_text("raise SystemExit('run')")
+    statement = worker_processes.START.split(";")[1]
+    code = f"import sys; {statement}; import struct; print('' in sys.path, struct.calcsize('Q'))"
+    done = subprocess.run(
+        [sys.executable, "-c", code], check=True, cwd=tmp_path, capture_output=True, text=True,
+        timeout=PATIENCE, env={**os.environ, "PYTHONSAFEPATH": ""},
+    )  # fmt: skip
+    assert done.stdout.split() == ["False", "8"]
