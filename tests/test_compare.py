@@ -23,11 +23,10 @@ from hexapod_pin.study import random_bumps
 from hexapod_pin.view import write_comparison_figure
 from hexapod_pin.view.study_figures import draw_comparison
 
-CYCLE = 0.5
 DURATION = 1.6  # two cycles to start, one steady one
 ROBOT = hp.load_robot("kharagpur")
 SCENE = hp.Scene(ROBOT)
-GAIT = hp.Gait.tripod(stroke=0.05, cycle_time=CYCLE)
+GAIT = hp.Gait.tripod(stroke=0.05, cycle_time=0.5)
 PLAIN = hp.KinematicControl(GAIT)
 FAST = hp.KinematicControl(GAIT.model_copy(update={"stroke": 0.06}))
 BUMPS = random_bumps(SCENE, range(3), amplitude=0.005, wavelength=0.3, length=0.4)
@@ -90,7 +89,7 @@ def test_ctrl_c_keeps_what_was_done() -> None:
     assert "not run" in partial.table()
 
 
-def test_bars_are_changes_with_their_intervals(found: hp.study.Comparison) -> None:
+def test_bars_are_changes_with_their_intervals(found: hp.study.Comparison, tmp_path: Path) -> None:
     shown = ["measured_speed", "torque_peak"]
     figure = draw_comparison(found, metrics=shown)
     panels = figure.axes
@@ -101,17 +100,11 @@ def test_bars_are_changes_with_their_intervals(found: hp.study.Comparison) -> No
         assert widths == pytest.approx(expected)
         intervals = [c for c in axes.containers if isinstance(c, ErrorbarContainer)]
         assert len(intervals) == (scene == "bumps")  # one run has none
-    assert [text.get_text() for text in panels[0].get_yticklabels()] == [
-        METRICS[name].meaning for name in shown
-    ]
-
-
-def test_figures_are_written_or_refused(found: hp.study.Comparison, tmp_path: Path) -> None:
+    names = [text.get_text() for text in panels[0].get_yticklabels()]
+    assert names == [METRICS[name].meaning for name in shown]
     assert b"<svg" in write_comparison_figure(found, tmp_path / "bars.svg").read_bytes()
     with refused(UnknownNameError, kind="metric", name="beauty"):
         write_comparison_figure(found, tmp_path / "none.svg", metrics=["beauty"])
-    with refused(ParameterError, "path"):
-        write_comparison_figure(found, tmp_path / "none.gif")
     alone = hp.study.Comparison(found.of("flat", "plain"))
     with refused(ParameterError, "comparison", ("plain",)):
         write_comparison_figure(alone, tmp_path / "none.svg")
@@ -166,8 +159,6 @@ def test_the_command_goes_on_with_a_store(compare: Run) -> None:
     assert again.status == 2 and "--resume" in again.err
     resumed = compare(*options, "--resume", "--threads", "1")
     assert (resumed.status, resumed.out) == (0, first.out)
-    refused_too = compare(*options[:2], "--resume")
-    assert refused_too.status == 2 and "store" in refused_too.err
 
 
 def test_refusals_are_one_message(compare: Run) -> None:
@@ -187,7 +178,6 @@ def test_refusals_are_one_message(compare: Run) -> None:
 
 LIFT, GROUND_LENGTH = 0.03, 3.0
 GROUNDS = hp.terrain.study_grounds(LIFT, seed=3, length=GROUND_LENGTH)
-NAMES = ["flat", "slope", "bumps", "step", "slippery", "soft", "soil"]
 
 
 def test_all_are_level_where_the_robot_starts_and_kept_in_toml() -> None:
@@ -241,18 +231,6 @@ def test_slope_step_and_patches_have_their_sizes() -> None:
     assert left == [0.02, 1.0, 0.02] and right == [1.0, 0.02, 1.0]
 
 
-def test_ramp_goes_up_and_down() -> None:
-    """A sphere on the face touches with its normal; negative angles descend."""
-    down = hp.terrain.Ramp(angle=-0.2, run=1.0, start=0.2, heading=math.pi / 2, height=0.5)
-    assert down.height_at(7.0, 0.7) == pytest.approx(0.5 - 0.5 * math.tan(0.2))
-    assert down.height_at(0.0, 5.0) == pytest.approx(0.5 - math.tan(0.2))
-    ((gap, normal),) = down.native().contacts(np.array([0.0, 0.7, 0.5]), 0.02)
-    assert normal == pytest.approx([0.0, math.sin(0.2), math.cos(0.2)])
-    assert gap == pytest.approx(0.5 * math.tan(0.2) * math.cos(0.2) - 0.02)
-    with refused(ParameterError, "Ramp.angle", 1.2):
-        hp.terrain.Ramp(angle=1.2, run=1.0)
-
-
 def test_random_hills_keep_their_bits_and_their_place() -> None:
     plain = hp.HeightField.random(5, size=2.0)
     moved = hp.HeightField.random(5, size=2.0, centre=(1.5, -0.5))
@@ -260,9 +238,6 @@ def test_random_hills_keep_their_bits_and_their_place() -> None:
     assert np.subtract(moved.origin, plain.origin) == pytest.approx([1.5, -0.5])
     level = hp.HeightField.random(5, size=6.0, flat_radius=1.0)
     assert not level.height_at(np.linspace(-0.99, 0.99, 50), 0.0).any()
-    far = hp.HeightField.random(5, size=6.0)
-    ratio = level.height_at(2.5, [0.1, 0.3, 0.5]) / far.height_at(2.5, [0.1, 0.3, 0.5])
-    assert np.ptp(ratio) < 1e-9
     with refused(ParameterError, "flat_radius", 3.0):
         hp.HeightField.random(5, size=1.0, flat_radius=3.0)
 

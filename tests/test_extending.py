@@ -33,7 +33,7 @@ from hexapod_pin.control.registry import read_controller
 from hexapod_pin.errors import ParameterError, UnknownNameError, UserCodeError
 from hexapod_pin.ground.contact import friction, normal
 from hexapod_pin.ground.terrain import read_terrain
-from hexapod_pin.results import joint_budget, summary, walk_metrics
+from hexapod_pin.results import joint_budget, summary
 
 ROOT = Path(__file__).parents[1]
 NATIVE = ROOT / "hexapod_pin" / "native"
@@ -195,20 +195,6 @@ def test_the_gait(monkeypatch):
 FRACTIONS = (np.arange(600) + 0.5) / 600
 
 
-def test_the_metric():
-    field, value = pieces("A metric", "python")
-    source = inspect.getsource(walk_metrics)
-    source = put(source, field, "    heading_error: float | None", indent="    ")
-    source = put(source, value, '        "torque_peak": _largest(', indent="        ")
-    names = defined(walk_metrics, source)
-    scene = hp.Scene(hp.load_robot("kharagpur"))
-    walk = hp.KinematicControl(hp.Gait.tripod(stroke=0.06, cycle_time=0.8))
-    trace = hp.simulate(scene, walk, duration=3.0, method="implicit-euler", step=2e-3)
-    found = names["WalkMetrics"].of(trace.summary)
-    assert found.speed_peak == trace.summary.speed_peak.max()
-    assert names["METRICS"]["speed_peak"].unit == "rad/s"
-
-
 def test_the_number_of_the_summary():
     field, take, term, name = pieces("A number of the summary", "cpp")
     totals, numbers = (
@@ -325,25 +311,19 @@ def test_a_name_of_nobody_is_refused_with_all_names(installed: Path) -> None:
     assert "hexapod_pin_template" not in sys.modules  # nothing of it was imported for this
 
 
-BROKEN: tuple[tuple[str, str, Callable[[], object], str], ...] = (
-    ("hexapod_pin.robots", "no_module_of_that_name:robot", lambda: hp.load_robot("odd"),
-     "ModuleNotFoundError"),
-    ("hexapod_pin.contacts", "math:no_such_name", lambda: hp.Contact.preset("odd"),
-     "AttributeError"),
-    ("hexapod_pin.terrains", "builtins:dict", lambda: read_terrain({"kind": "odd"}),
-     "TypeError"),
-)  # fmt: skip
-
-
-@pytest.mark.parametrize(("group", "value", "call", "cause"), BROKEN)
-def test_an_error_names_the_entry_point_and_its_package(
-    group: str, value: str, call: Callable[[], object], cause: str, installed: Path
-) -> None:
-    install(installed, "odd-package", {group: {"odd": value}})
-    with refused(UserCodeError) as caught:
-        call()
-    for part in (f"odd = '{value}'", group, "odd-package 0.1.0", cause):
-        assert part in str(caught.value)
+def test_an_error_names_the_entry_point_and_its_package(installed: Path) -> None:
+    rows: tuple[tuple[str, str, Callable[[], object], str], ...] = (
+        ("robots", "none_such:robot", lambda: hp.load_robot("odd"), "ModuleNotFoundError"),
+        ("contacts", "math:none_such", lambda: hp.Contact.preset("odd"), "AttributeError"),
+        ("terrains", "builtins:dict", lambda: read_terrain({"kind": "odd"}), "TypeError"),
+    )
+    groups = {f"hexapod_pin.{group}": {"odd": value} for group, value, *_ in rows}
+    install(installed, "odd-package", groups)
+    for group, value, call, cause in rows:
+        with refused(UserCodeError) as caught:
+            call()
+        for part in (f"odd = '{value}'", group, "odd-package 0.1.0", cause):
+            assert part in str(caught.value)
 
 
 def test_what_the_package_does_is_logged_and_nothing_is_printed(

@@ -85,21 +85,6 @@ def _refuse(*_: object) -> None:
     raise RuntimeError("can't start new thread")
 
 
-def test_a_process_without_threads_says_one_line(tmp_path: Path) -> None:
-    code = """
-import threading
-from hexapod_pin.commands import resources
-resources._workers = lambda: 0
-def refuse(self):
-    raise RuntimeError("can't start new thread")
-threading.Thread.start = refuse
-main(sys.argv[1:])
-"""
-    write_study_file(tmp_path, 2)
-    done = process(["sweep", "study.toml", "--processes", "2"], tmp_path, code=code)
-    assert done.returncode == 2 and one_line(done) and "threads" in done.stderr
-
-
 def test_threads_are_looked_for_before_libraries_are_loaded(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -149,9 +134,7 @@ import os, signal
 from contextlib import contextmanager
 for each in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
     signal.signal(each, signal.SIG_DFL)
-number, least = int(sys.argv.pop(1)), 0.43 if "motors.csv" in sys.argv else 0.0
-if "walk" in sys.argv:
-    least = 0.1
+number, least = int(sys.argv.pop(1)), 0.1 if "walk" in sys.argv else 0.0
 import hexapod_pin.commands.progress as bars
 def interrupting(whole):
     @contextmanager
@@ -169,15 +152,9 @@ bars.progress_bar, bars.time_left_bar = map(interrupting, (bars.progress_bar, ba
 main(sys.argv[1:])
 """
 
-MOTORS = """
-model,voltage_V,stall_torque_Nm,no_load_speed_rad_s,mass_kg
-A,12,4,6,0.08
-B,12,6,6,0.1
-""".lstrip()
 
 LONG = {
     "walk": ["walk", "kharagpur", "--gait", "tripod", "--duration", "3", "--quick", "--no-html"],
-    "select, one motor done": ["select", "kharagpur", "--no-html", "--catalog", "motors.csv"],
     "bench": ["bench", "stand", "--quick", "--rounds", "1", "--duration", "0.05"],
     "verify": ["verify", "--only", "gait-form,drift"],
     "compare": ["compare", "case.toml", "other.toml"],
@@ -196,7 +173,6 @@ def test_every_command_has_the_status_of_its_signal(name: str, number: int, tmp_
     for path in ("case.toml", "other.toml"):
         case.save(tmp_path / path)
     write_study_file(tmp_path, 2)
-    (tmp_path / "motors.csv").write_text(MOTORS)
     done = process([str(int(number)), *LONG[name]], tmp_path, code=SIGNALLED)
     assert done.returncode == 128 + number and one_line(done)
     if name == "walk":

@@ -75,38 +75,31 @@ def test_packages_beside_and_above(robot: Path, tmp_path: Path) -> None:
     finder = ResourceFinder(robot)
     assert finder.find("package://parts/meshes/foot.stl") == beside
     assert finder.find("package://claws/meshes/claw.stl") == renamed
-    assert finder.package("spider") == robot.parents[1]
     assert finder.package("nothing") is None
-
-
-@pytest.mark.parametrize("given", ["", "group", "group/parts"])
-def test_package_path(robot: Path, tmp_path: Path, given: str) -> None:
-    """A workspace, a folder of packages, or the package itself."""
-    mesh = write(package(tmp_path / "far/group/parts", "parts") / "meshes/foot.stl")
-    uri = "package://parts/meshes/foot.stl"
-    assert ResourceFinder(robot).find(uri) is None
-    assert ResourceFinder(robot, [tmp_path / "far" / given]).find(uri).samefile(mesh)
 
 
 @pytest.mark.parametrize(
     ("variable", "folder", "scheme"),
     [
+        ("", "opt", "package"),  # a folder of packages that is given
+        ("", "opt/parts", "package"),  # the package itself
         ("ROS_PACKAGE_PATH", "opt", "package"),
         ("AMENT_PREFIX_PATH", "prefix", "package"),
         ("IGN_GAZEBO_RESOURCE_PATH", "opt/parts", "model"),
     ],
 )
-def test_variables_of_ros_and_gazebo(
+def test_packages_elsewhere(
     robot: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, variable, folder, scheme
 ) -> None:
-    """Folders that are given come before them."""
     mesh = write(tmp_path / "far/opt/parts/meshes/foot.stl")
     installed = write(tmp_path / "far/prefix/share/parts/meshes/foot.stl")
-    monkeypatch.setenv(variable, f"/nowhere:{tmp_path / 'far' / folder}")
     expected, uri = installed if folder == "prefix" else mesh, f"{scheme}://parts/meshes/foot.stl"
-    assert ResourceFinder(robot).find(uri) == expected
-    given = write(tmp_path / "given/parts/meshes/foot.stl")
-    assert ResourceFinder(robot, [str(tmp_path / "given")]).find(uri) == given
+    assert ResourceFinder(robot).find(uri) is None
+    if variable:
+        monkeypatch.setenv(variable, f"/nowhere:{tmp_path / 'far' / folder}")
+        assert ResourceFinder(robot).find(uri) == expected
+        folder, expected = "given", write(tmp_path / "far/given/parts/meshes/foot.stl")
+    assert ResourceFinder(robot, [tmp_path / "far" / folder]).find(uri) == expected  # comes first
 
 
 def test_a_mere_file_name_must_be_the_only_one(tmp_path: Path) -> None:
@@ -137,7 +130,6 @@ def test_several_robots_in_one_folder_and_links_without_end(
     urdf = write(tmp_path / "spider.urdf")
     write(tmp_path / "beetle.urdf")
     write(tmp_path / "meshes/beetle/pkg/meshes/shell.stl")
-    write(tmp_path / "meshes/aaa/pkg/meshes/leg.stl")
     right = write(tmp_path / "meshes/spider/pkg/meshes/leg.stl")
     (tmp_path / "loop").symlink_to(tmp_path, target_is_directory=True)
     finder = ResourceFinder(urdf)

@@ -8,8 +8,7 @@ import multiprocessing
 import signal
 import sqlite3
 from collections import Counter
-from collections.abc import Iterator
-from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import replace
 from functools import cache, partial
 from pathlib import Path
@@ -21,7 +20,6 @@ from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.errors import (
-    HexapodError,
     OtherStudyError,
     ParameterError,
     StoreExistsError,
@@ -38,7 +36,6 @@ from hexapod_pin.study.runs.measure import measure_named, pack_error, unpack_err
 from hexapod_pin.study.runs.store import RowStore, Store, SweepStore
 from hexapod_pin.study.selection.evaluation import JOINT_DEMAND
 from tests.runner_studies import GAIT, ROBUST, STUDIES, kill, mapped, scene
-from tests.same_content import differences, error_types, one_of
 from tests.sweep_studies import small_study
 
 PATIENCE = 60.0
@@ -287,97 +284,21 @@ def test_errors_come_back() -> None:
     assert type(back).__name__ == "OwnError" and str(back) == "mine"
 
 
-SETTINGS: dict[str, Any] = {"duration": 0.2, "accuracy": 1e-3}
+def walked(hills: hp.Scene) -> tuple[hp.Case, hp.Trace]:
+    control = hp.KinematicControl(hp.Gait.tripod(stroke=0.04, cycle_time=0.3))
+    case = hp.Case(hills, control, duration=0.2, accuracy=1e-3)
+    return case, case.run()
 
 
-def given_back(thing: Any) -> Any:
-    return thing
-
-
-def walked(hills: hp.Scene) -> tuple[hp.Robot, hp.Scene, hp.Case, hp.Trace, hp.Summary]:
-    gait = hp.Gait.tripod(stroke=0.04, cycle_time=0.3)
-    case = hp.Case(hills, hp.KinematicControl(gait), **SETTINGS)
-    trace = case.run()
-    return hills.robot, hills, case, trace, trace.summary
-
-
-class Breaks:
-    """A controller that raises after some ticks."""
-
-    period = 0.01
-
-    def start(self, scene: hp.Scene, batch: int) -> None:
-        """Nothing to remember."""
-
-    def update(
-        self, time: float, m: hp.feedback.Measurement, state: None
-    ) -> tuple[hp.feedback.Command, None]:
-        if time > 0.055:
-            raise ZeroDivisionError("a gain")
-        return hp.feedback.Command(m.q), None
-
-
-@pytest.fixture(scope="module", params=["processes", "dask"])
-def pool(
-    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
-) -> Iterator[Executor]:
-    """An executor with one worker process: Python's own, begun afresh, or that of a Dask client."""
-    if request.param == "processes":
-        fresh = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(1, mp_context=fresh) as processes:
-            yield processes
-        return
-    distributed = pytest.importorskip("distributed")
-    with distributed.LocalCluster(
-        processes=True, n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0",
-        host="127.0.0.1", local_directory=str(tmp_path_factory.mktemp("dask")),
-    ) as cluster, distributed.Client(cluster, set_as_default=False) as client:  # fmt: skip
-        yield client.get_executor()
-
-
-@pytest.fixture(scope="module")
-def hills() -> hp.Scene:
-    robot = hp.load_robot("kharagpur")
-    hills = hp.HeightField.random(3, amplitude=5e-3)
-    return hp.Scene(robot, terrain=hills, loads=[hp.Payload("base_link", mass=0.3)])
-
-
-@pytest.fixture(scope="module")
-def here(hills: hp.Scene) -> tuple[Any, ...]:
-    return walked(hills)
-
-
-def test_a_worker_computes_the_same_bits(
-    pool: Executor, hills: hp.Scene, here: tuple[Any, ...]
-) -> None:
-    there = pool.submit(walked, hills).result(PATIENCE)
-    robot, _, case, trace, summary = there
-    assert there[1:4] == here[1:4] and summary.data == here[4].data  # wall times differ
-    assert robot.digest == hills.robot.digest and hp.load_case(trace) == case
+def test_a_pool_of_the_users_computes_the_same_bits() -> None:
+    """Scenes, cases and traces go both ways, and a run is continued there."""
+    ground = hp.HeightField.random(3, amplitude=5e-3)
+    loads = [hp.Payload("base_link", mass=0.3)]
+    case, trace = walked(hp.Scene(hp.load_robot("kharagpur"), terrain=ground, loads=loads))
     how = {"duration": 0.3, "initial": trace.checkpoint}
-    assert not list(differences(here, pool.submit(given_back, here).result(PATIENCE)))
-    rest = pool.submit(partial(hp.simulate, **how), hills, case.controller).result(PATIENCE)
-    assert rest.digest == hp.simulate(hills, case.controller, **how).digest
-
-
-def broken(robot: hp.Robot) -> None:
-    hp.simulate(hp.Scene(robot), Breaks(), duration=0.1, accuracy=1e-3)
-
-
-def test_errors_of_a_worker_arrive_as_themselves(pool: Executor, hills: hp.Scene) -> None:
-    with pytest.raises(HexapodError) as alone:
-        broken(hills.robot)
-    with pytest.raises(HexapodError) as there:
-        pool.submit(broken, hills.robot).result(PATIENCE)
-    error, again = alone.value, there.value
-    assert type(again) is type(error) is UserCodeError and str(again) == str(error)
-    assert len(again.trace.time) >= 2 and again.trace.digest == error.trace.digest
-
-
-def test_every_type_of_error_goes_there_and_back(pool: Executor) -> None:
-    errors = list(map(one_of, error_types()))
-    back = pool.submit(given_back, errors).result(PATIENCE)
-    for error, again in zip(errors, back, strict=True):
-        assert type(again) is type(error) and str(again) == str(error)
-        held = {key: vars(again).get(key) for key in vars(error)}
-        assert not list(differences(vars(error), held))
+    with ProcessPoolExecutor(1, mp_context=multiprocessing.get_context("spawn")) as pool:
+        found, there = pool.submit(walked, case.scene).result(PATIENCE)
+        rest = pool.submit(partial(hp.simulate, **how), found.scene, found.controller).result()
+    assert rest.digest == hp.simulate(case.scene, case.controller, **how).digest
+    assert found == case and there == trace and there.digest == trace.digest
+    assert there.summary.data == trace.summary.data and hp.load_case(there) == case

@@ -208,7 +208,9 @@ def test_a_first_sweep_that_fails_can_be_begun_again(tmp_path: Path, monkeypatch
     assert run_sweep(STUDY, there, threads=1).done == 3
 
 
-def test_a_sweep_that_was_killed_before_its_first_case_can_be_begun_again(tmp_path: Path) -> None:
+def test_a_sweep_that_ended_before_its_first_case_can_be_begun_again(
+    tmp_path: Path, monkeypatch: Any
+) -> None:
     """Its store holds nothing that could be lost; that of another study stays."""
     path = tmp_path / "a.db"
     with SweepStore(path, STUDY):
@@ -216,9 +218,8 @@ def test_a_sweep_that_was_killed_before_its_first_case_can_be_begun_again(tmp_pa
     with pytest.raises(OtherStudyError):
         run_sweep(small_study(1, seed=8), path)
     assert run_sweep(STUDY, path, threads=1).done == 3
+    path.unlink()
 
-
-def test_ctrl_c_before_anything_is_written_leaves_nothing(tmp_path: Path, monkeypatch: Any) -> None:
     def stop(*_: Any) -> None:
         raise KeyboardInterrupt
 
@@ -277,31 +278,8 @@ def test_one_lock_for_all_spellings_of_a_store(
     assert [one.name for one in tmp_path.iterdir()] == ["other"]
 
 
-WRITER = """
-import os, sys, time
-from hexapod_pin import atomic_file
-def stop(stream, content):
-    os.write(stream, b"part")
-    print("writing", flush=True)
-    time.sleep(60)
-atomic_file._write = stop
-atomic_file.write_atomically(sys.argv[1], b"whole")
-"""
-
-
 def left(folder: Path) -> list[str]:
     return sorted(path.name for path in folder.iterdir())
-
-
-def writer(path: Path) -> subprocess.Popen[str]:
-    """Return a process that stays in the middle of writing."""
-    process = subprocess.Popen(
-        [sys.executable, "-c", WRITER, str(path)], stdout=subprocess.PIPE, text=True,
-        cwd=Path(atomic_file.__file__).parents[1],
-    )  # fmt: skip
-    assert process.stdout is not None
-    assert process.stdout.readline() == "writing\n"
-    return process
 
 
 def test_files_are_replaced_or_new_and_have_the_usual_permissions(tmp_path: Path) -> None:
@@ -403,9 +381,20 @@ def test_writers_of_one_name_leave_one_whole_file(tmp_path: Path) -> None:
     assert left(tmp_path) == ["a"]
 
 
+WRITER = """
+import os, sys, time
+from hexapod_pin import atomic_file
+atomic_file._write = lambda *_: (print("writing", flush=True), time.sleep(60))
+atomic_file.write_atomically(sys.argv[1], b"whole")
+"""
+
+
 def test_what_a_killed_writer_left_is_swept_and_a_living_one_is_not(tmp_path: Path) -> None:
     path = tmp_path / "a"
-    with writer(path) as dead, writer(path) as living:
+    run = [sys.executable, "-c", WRITER, str(path)]
+    pipe = {"stdout": subprocess.PIPE, "text": True}
+    with subprocess.Popen(run, **pipe) as dead, subprocess.Popen(run, **pipe) as living:
+        assert dead.stdout.readline() == living.stdout.readline() == "writing\n"
         assert len(left(tmp_path)) == 2
         dead.send_signal(signal.SIGKILL)
         dead.wait()

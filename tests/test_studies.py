@@ -1,4 +1,4 @@
-"""Studies run, shortened, and write their files; MuJoCo has our robot and servos."""
+"""Studies run, shortened, and write their files; MuJoCo has our robot; S1 is judged."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import nullcontext
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -23,6 +24,18 @@ from studies.cost.mujoco_twin import MujocoTwin
 from studies.cost.native_motion import NativeMotion
 from studies.cost.step_cost import OURS, SAMPLED
 from studies.cost.step_entries import MUJOCO, PINOCCHIO
+from studies.foot_control.cells import DRY, LEAST_TORQUE, OWN, Cell, Size, cells, draws
+from studies.foot_control.judgement import SHOWN, CellChange
+from studies.foot_control.s1_comparison import (
+    s1_comparison,
+)
+from studies.foot_control.variants import (
+    BOTH_WAYS,
+    NO_PARTS,
+    PID,
+    SOLE_UNKNOWN,
+    TARGETS,
+)
 from studies.kills import sweep_kills
 from studies.study import StudyReport, run_study
 from studies.sweeps import simulated_workers
@@ -33,8 +46,11 @@ import hexapod_pin as hp
 from hexapod_pin import native
 from hexapod_pin.benchmark.engines.mujoco_engine import CONES
 from hexapod_pin.commands.contact_report import restitution_table
+from hexapod_pin.control.gait_refusal import refuse_impossible
 from hexapod_pin.drive.catalog.catalog import Catalog
+from hexapod_pin.errors import UnknownNameError
 from hexapod_pin.interchange.mjcf_text import MjcfOptions
+from hexapod_pin.results.walk_metrics import Estimate
 from hexapod_pin.robot.robot_source import urdf_path
 from hexapod_pin.simulation.plant import native_plant
 from hexapod_pin.text_table import Table
@@ -188,29 +204,6 @@ def walking() -> NativeMotion:
     return NativeMotion.of(scene, hp.KinematicControl(hp.Gait.tripod()), 0.5)
 
 
-WRITTEN_BY = {
-    "hard_cases": "hexapod-pin bench --hard",
-    "quantities": "python scripts/quantities.py",
-    "rewritten_robots": "python scripts/studies rewritten_robots",
-    "s2_study": "python scripts/studies s2_page",
-    "scale": "python scripts/studies sweep_scale",
-    "speed_against_error": "hexapod-pin bench",
-}
-"""Pages of docs/results/ that are not named as the study that writes them, and its command."""
-
-HAND_WRITTEN = {"README", "robot_sources"}
-"""Pages of docs/results/ that no command writes."""
-
-
-def test_every_study_is_tested_and_every_page_names_its_study() -> None:
-    assert study_paths().keys() == SHORT.keys() | ELSEWHERE.keys()
-    for page in (ROOT / "docs" / "results").glob("*.md"):
-        if page.stem not in HAND_WRITTEN:
-            assert page.stem in SHORT.keys() | WRITTEN_BY.keys()
-            command = WRITTEN_BY.get(page.stem, f"python scripts/studies {page.stem}")
-            assert command in page.read_text(), page
-
-
 def test_studies_are_listed_and_run_by_one_command() -> None:
     """As a user does it: neither scripts/ nor tests/ is where Python looks for modules."""
 
@@ -218,6 +211,7 @@ def test_studies_are_listed_and_run_by_one_command() -> None:
         command = [sys.executable, str(ROOT / "scripts" / "studies"), *words]
         return subprocess.run(command, capture_output=True, text=True, check=False)
 
+    assert study_paths().keys() == SHORT.keys() | ELSEWHERE.keys()
     assert re.findall(r"^  (\w+)  ", run().stdout, re.MULTILINE) == list(study_paths())
     assert run("restitution_table").stdout == restitution_table() + "\n"
     assert run("no_such_study").returncode == 2
@@ -276,7 +270,7 @@ def require_speeds_and_errors(found: dict) -> None:
             assert row["error"]["counters"]["steps"] == round(found["size"]["duration"] / STEP)
 
 
-def test_options_and_exit_status_of_a_study(tmp_path: Path, capsys) -> None:
+def test_options_and_exit_status_of_a_study(tmp_path: Path) -> None:
     def sample(*, count: int = 3, name: str = "a", fast: bool = False) -> StudyReport:
         table = Table("Numbers", ("n",), [(str(k),) for k in range(count)])
         return StudyReport("Sample", [f"{name} {fast}", table], {"count": count}, met=fast)
@@ -288,15 +282,10 @@ def test_options_and_exit_status_of_a_study(tmp_path: Path, capsys) -> None:
     assert "a True" in page and "## Numbers\n\n| n |\n| --- |\n| 0 |\n| 1 |" in page
     assert json.loads((tmp_path / "sample.json").read_text())["count"] == 2
     assert run_study(sample, where) == 1
-    capsys.readouterr()
 
 
 def test_mujoco_has_our_robot_and_servos(walking: NativeMotion) -> None:
-    """In the air, at random states and set-points: the same joint and angular accelerations.
-
-    The torques reach the limit in some joints and not in others. 1e-9 of the largest: both codes
-    solve the same systems of condition number 1e5.
-    """
+    """In the air: the same accelerations to 1e-9; condition numbers are 1e5, torques limited."""
     scene = dataclasses.replace(walking.scene, stops=hp.JointStops(stiffness=0.0))  # as the twin
     twin = MujocoTwin(scene, MjcfOptions(STEP))
     dof = [twin.model.joint(name).dofadr[0] for name in scene.robot.joint_names]
@@ -336,3 +325,72 @@ def test_timed_runs_are_the_checked_runs(walking: NativeMotion) -> None:
         end = np.array(twin.data.qpos[:3])
         path = twin.path(walking.state, walking.set_points, steps * STEP)
         np.testing.assert_array_equal(end, path.positions[-1])
+
+
+GOOD = {
+    "slip_distance": -0.5, "energy_per_metre": -0.15, "vertical_acceleration_rms": -0.3,
+    "torque_rms": 0.01, "torque_peak": 0.02, "roll_rms": -0.1, "pitch_rms": -0.1,
+    "force_peak": 0.0,
+}  # fmt: skip
+CELL = Cell("athena", LEAST_TORQUE, "bumps", "accurate")
+
+
+def changed(variant: str = TARGETS, cell: Cell = CELL, half: float = 0.04, **values: float):
+    """Return changes that meet everything, but for some values."""
+    changes = {name: Estimate({**GOOD, **values}[name], half, 10) for name in SHOWN}
+    return CellChange(cell, 0.005, variant, (10, 10), changes)
+
+
+@pytest.mark.parametrize(
+    ("values", "missed"),
+    [
+        ({}, []),
+        ({"slip_distance": -0.03}, ["slip path"]),  # the interval goes up to +1 %
+        ({"energy_per_metre": 0.01}, ["energy"]),
+        ({"torque_rms": 0.03, "torque_peak": 0.07}, ["torque RMS", "torque peak"]),
+        ({"roll_rms": 0.05}, []),  # not surely above 2 %
+        ({"roll_rms": 0.07, "pitch_rms": 0.1}, ["roll", "pitch"]),
+        ({"half": 0.09, "torque_peak": 0.02}, ["torque peak"]),
+        ({"cell": replace(CELL, terrain="flat"), "slip_distance": -0.03}, []),
+    ],
+)
+def test_force_targets_are_held_to_the_numbers(values, missed: list[str]) -> None:
+    assert changed(**values).missed() == missed
+
+
+def test_other_variants_have_rules_of_their_own() -> None:
+    lost = replace(changed(), walked=(9, 10))
+    assert lost.missed() == ["a run that did not walk"]
+    own = replace(CELL, posture=OWN)
+    assert changed(PID).missed() is None
+    assert changed(cell=own).missed() is None
+    assert changed(cell=replace(CELL, terrain="soil"), slip_distance=-0.03).missed() == []
+    assert changed(cell=replace(CELL, terrain="patches"), torque_rms=0.03).missed() == [
+        "torque RMS"
+    ]
+    assert changed(SOLE_UNKNOWN, torque_rms=0.5).missed() == []
+    assert changed(SOLE_UNKNOWN, slip_distance=0.01).missed() == ["slip path"]
+    assert changed(BOTH_WAYS, own, torque_rms=0.04, torque_peak=0.11).missed() == ["torque RMS"]
+    nothing = dict.fromkeys(GOOD, 0.005)
+    assert changed(NO_PARTS, **nothing).missed() == []
+    assert changed(NO_PARTS, **{**nothing, "roll_rms": -0.02}).missed() == ["roll"]
+    assert replace(changed(NO_PARTS), tick=0.002).missed() is None
+
+
+def test_draws_repeat_and_can_be_walked_in_all_postures() -> None:
+    robots = {OWN: hp.load_robot("kharagpur")}
+    grounds = ("bumps", "soil", DRY)
+    size = Size(
+        ("kharagpur",), (OWN,), grounds, ("accurate", "s1"), (0.005,),
+        dict.fromkeys(grounds, 4), 3, {},
+    )  # fmt: skip
+    with pytest.raises(UnknownNameError):
+        s1_comparison(grounds="flat,water")
+    first, again = (draws(robots, "kharagpur", "bumps", size) for _ in range(2))
+    assert [(one.gait, one.seed) for one in first] == [(one.gait, one.seed) for one in again]
+    fewer = draws(robots, "kharagpur", "bumps", replace(size, draws={"bumps": 2}))
+    assert [one.seed for one in fewer] == [one.seed for one in first[:2]]
+    assert len({one.seed for one in first}) == 4
+    for one in first:
+        refuse_impossible(robots[OWN], one.gait)
+    assert [cell.contact for cell in cells(size)] == ["accurate", "s1", "soil", "accurate", "s1"]

@@ -177,10 +177,7 @@ def test_the_file_gives_every_bit_back(found: hp.study.TorqueMap, tmp_path: Path
 
 
 def alternating() -> hp.Trace:
-    """Return a trace whose foot lm is down for 0.6 of each second; its femur then gives 2, else 1.
-
-    All other joints give their number in the list.
-    """
+    """Foot lm is down for 0.6 of each second, its femur then gives 2, else 1."""
     trace = synthetic_trace()
     down = np.mod(trace.time - 1e-9, 1.0) < 0.6
     force, torque = np.array(trace.foot_force), np.tile(np.arange(18.0), (len(trace.time), 1))
