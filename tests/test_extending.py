@@ -1,7 +1,4 @@
-"""The pieces of code of the pages on extending, each run where the page has a reader put it.
-
-Laws are compiled into a copy of the core's headers and compared with the page's second formulas.
-"""
+"""Code of the pages on extending, run where a reader puts it; names that packages add."""
 
 from __future__ import annotations
 
@@ -290,7 +287,6 @@ def test_names_of_a_package_are_those_of_the_package(installed: Path, tmp_path: 
     trace = case.run()
     assert np.ptp(trace.q_ref[:, robot.joint_index("lf_femur_joint")]) > 0.05
     assert hp.load_case(trace).controller.amplitude == 0.2
-    assert hp.Case.from_toml(case.to_toml()) == case
     ground = read_terrain_option("crater:depth=0.01,radius=1.0")
     assert ground is not None and ground.height_at(0.0, 0.0) == pytest.approx(-0.01)
     done = CliRunner().invoke(app, ["contact", "wet-rubber"])

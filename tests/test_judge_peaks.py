@@ -77,7 +77,6 @@ def test_every_verdict_is_that_of_peaks_computed_independently() -> None:
         assert set(row.moved_by) == moved
         assert row.verdict == ("range" if moved else "peak")
         assert row.torque_peak.value == pytest.approx(finer[k], rel=1e-9)
-    assert len(found.kinds) == 3 and len(found.feet) == 6
 
 
 def soft_feet(factor: float = 1.0) -> hp.Contact:

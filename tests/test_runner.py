@@ -1,4 +1,4 @@
-"""The runner: every study killed and resumed, stores of rows; data and errors in users' pools."""
+"""The runner: every study killed and resumed, stores of rows, errors, a pool of the user's."""
 
 from __future__ import annotations
 

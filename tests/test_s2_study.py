@@ -1,4 +1,4 @@
-"""S2's study: its script leaves one file for claims, page and figures; Ctrl-C loses nothing."""
+"""S2's study: its script leaves one file for claims, page and figures."""
 
 from __future__ import annotations
 

@@ -205,7 +205,12 @@ def test_a_first_sweep_that_fails_can_be_begun_again(tmp_path: Path, monkeypatch
     with refused(OSError, about=("no pool",)):
         run_sweep(STUDY, path, executor=none)
     assert list(tmp_path.iterdir()) == [there]
-    assert run_sweep(STUDY, there, threads=1).done == 3
+    with SweepStore(there, STUDY) as store:
+        store.add(case_outcomes(STUDY, [0], 1))
+    with refused(WorkersError, kept=1, about=("1 finished cases are kept", "--resume")):
+        run_sweep(STUDY, there, executor=_refusing(monkeypatch), resume=True)
+    with refused(SweepStoreError, about=("cannot be written",)):
+        run_sweep(STUDY, tmp_path / "none" / "a.db")
 
 
 def test_a_sweep_that_ended_before_its_first_case_can_be_begun_again(

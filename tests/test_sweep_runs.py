@@ -183,7 +183,6 @@ def test_workers_refuse_what_would_give_other_bits() -> None:
 def test_files_hold_the_dataset(whole: SweepResult, tmp_path: Path) -> None:
     dataset = whole.dataset
     opened = xarray.open_dataset(whole.save(tmp_path / "a.nc"), engine="h5netcdf")
-    assert set(opened.coords) == set(dataset.coords)
     for name in dataset.variables:
         if dataset[name].dtype.kind == "f":
             assert opened[name].values.tobytes() == dataset[name].values.tobytes(), name

@@ -355,7 +355,8 @@ def test_an_unreadable_table_of_directions_is_an_error() -> None:
     code = (
         "import resource, scipy.stats.qmc; from hexapod_pin.study.sweep.design import Design\n"
         "Design(kind='random', samples=4).cube(2)  # loads what all kinds use\n"
-        "resource.setrlimit(resource.RLIMIT_NOFILE, (3, 3)); Design(kind='sobol').cube(2)"
+        "resource.setrlimit(resource.RLIMIT_NOFILE, (3, 3))\n"
+        "Design(kind='sobol', samples=4).cube(2)"
     )
     run = [sys.executable, "-c", code]
     done = subprocess.run(run, capture_output=True, text=True, check=False)
