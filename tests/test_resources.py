@@ -76,6 +76,8 @@ def test_packages_beside_and_above(robot: Path, tmp_path: Path) -> None:
     assert finder.find("package://parts/meshes/foot.stl") == beside
     assert finder.find("package://claws/meshes/claw.stl") == renamed
     assert finder.package("nothing") is None
+    elsewhere = ResourceFinder(write(tmp_path / "other/a.urdf"), [tmp_path])  # a workspace
+    assert elsewhere.find("package://claws/meshes/claw.stl") == renamed
 
 
 @pytest.mark.parametrize(

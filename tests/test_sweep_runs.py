@@ -122,7 +122,6 @@ def test_a_failing_case_is_a_row_with_its_reason(tmp_path: Path) -> None:
     found = run_sweep(study, tmp_path / "a.db")
     ((index, reason),) = found.failed
     assert index == 2 and reason.startswith("ParameterError: duration = -1.0: must be")
-    assert found.reasons == {"ParameterError": 1}
     dataset = found.dataset
     assert dataset["reason"].values.tolist() == ["", "", reason, ""]
     assert np.isnan(dataset["torque_rms"].values[2]).all()
