@@ -30,7 +30,6 @@ class NoMeshes:
 
 
 def broken(*breaks: Break) -> UrdfFile:
-    """Return the sound robot after some breaks."""
     root = parse_urdf(SOUND.encode(), "sound").root
     for change in breaks:
         change(root)
@@ -50,7 +49,6 @@ def part(root: ET.Element, path: str) -> ET.Element:
 
 
 def put(path: str, **attributes: str) -> Break:
-    """Set attributes of one element."""
     return lambda root: part(root, path).attrib.update(attributes)
 
 
@@ -62,7 +60,6 @@ def unset(path: str, name: str) -> Break:
 
 
 def remove(path: str) -> Break:
-    """Remove an element below a link or joint, or the link or joint itself."""
 
     def change(root: ET.Element) -> None:
         head, _, below = path.partition("/")
@@ -78,7 +75,6 @@ def add(path: str, text: str) -> Break:
 
 
 def every(kind: str, path: str, **attributes: str) -> Break:
-    """Set attributes below every link or joint that has such an element."""
 
     def change(root: ET.Element) -> None:
         for element in root.findall(f"{kind}/{path}"):
@@ -88,7 +84,6 @@ def every(kind: str, path: str, **attributes: str) -> Break:
 
 
 def scale(kind: str, path: str, name: str, factor: float) -> Break:
-    """Multiply the numbers of an attribute below every link or joint."""
 
     def change(root: ET.Element) -> None:
         for element in root.findall(f"{kind}/{path}"):
@@ -100,7 +95,6 @@ def scale(kind: str, path: str, name: str, factor: float) -> Break:
 
 
 def all_inertias(factor: float) -> Break:
-    """Multiply all inertias."""
     names = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
     steps = [scale("link", "inertial/inertia", name, factor) for name in names]
     return lambda root: [step(root) for step in steps] and None

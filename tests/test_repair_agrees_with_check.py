@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from broken_urdfs import SOUND, NoMeshes, add, broken, every, part, put, remove
 from conftest import Run
-from mutated_urdfs import mutated
+from test_findings import ALONE, TOGETHER
 
 import hexapod_pin as hp
 from hexapod_pin.robot import inspect
@@ -17,21 +17,25 @@ from hexapod_pin.robot.description.urdf_file import parse_urdf, read_urdf
 from hexapod_pin.robot.reading.resources import ResourceFinder
 from hexapod_pin.robot.repair import find_all, repair_urdf
 from hexapod_pin.robot.repair.finding import finding_lines
+from hexapod_pin.robot.repair.rules import DENSITY
 
 RECOMMENDED = "`hexapod-pin repair` repairs it"
-TEXTS = (hp.urdf_path("athena").read_text(), hp.urdf_path("kharagpur").read_text(), SOUND)
-TELLING = (2, 11, 12, 18, 39, 44, 51, 67, 75, 85, 86, 95, 129, 141, 152, 153, 156, 171, 271, 329,
-           419)  # fmt: skip
-"""Seeds, of 430, that show what any of them shows: each finding, with a repair, without and after.
+COMBINED = (
+    ("mass below 0", "zero velocity"), ("loop",), ("13.8 kg on two", "no velocity"), ("long axis",),
+    ("planar", "floating", "mimic"), ("no such link", "two roots", "reserved"), ("mesh", "dummies"),
+    ("unnamed joint", "a joint twice"), ("millimetres", "grams"), ("origin", "continuous"),
+    ("giant", "effort 1000"), ("unknown type", "zero axis", "radius"), ("degrees", "world"),
+)  # fmt: skip
+"""Faults in one file: with a repair, without, with both, and such that only warn."""
 
-`make fuzz` draws more.
-"""
 
+@pytest.mark.parametrize("names", COMBINED, ids=str)
+def test_commands_agree(run: Run, tmp_path: Path, names: tuple[str, ...]) -> None:
+    """Of files with some faults each the commands disagreed on every second one.
 
-@pytest.mark.parametrize("seed", TELLING)
-def test_commands_agree_on_mutated_files(run: Run, tmp_path: Path, seed: int) -> None:
-    """Files with one to three faults each: the commands disagreed on 238 of 430."""
-    text = mutated(TEXTS[seed % len(TEXTS)], seed)
+    After a repair no repairable finding is left, and a second repair changes nothing.
+    """
+    text = broken(*[{**TOGETHER, **ALONE}[name][0] for name in names]).text
     (tmp_path / "in.urdf").write_text(text)
     before, done = run("check", "in.urdf"), run("repair", "in.urdf", "-o", "out.urdf")
     assert {before.status, done.status} <= {0, 2}
@@ -39,29 +43,20 @@ def test_commands_agree_on_mutated_files(run: Run, tmp_path: Path, seed: int) ->
     assert (done.status == 0) == ("out.urdf" in done.left)
     assert (before.status, done.status) != (0, 2)
     if before.status == 2:
-        recommended = RECOMMENDED in before.out + before.err
-        assert recommended == (done.status == 0)
+        assert (RECOMMENDED in before.out + before.err) == (done.status == 0)
         assert "nothing to repair" not in done.out
     if done.status == 0:
         assert run("check", "out.urdf").status == 0
     else:
         assert "REFUSED" in done.err or " = " in done.err  # the rest, or the option that helps
-
-
-@pytest.mark.parametrize("seed", TELLING)
-def test_findings_know_whether_they_are_repaired(seed: int) -> None:
-    """After a repair no repairable finding is left, and a second repair changes nothing."""
-    text = mutated(TEXTS[seed % len(TEXTS)], seed)
     repaired = repair_urdf(parse_urdf(text.encode(), "x"), NoMeshes())
-    left = find_all(repaired.file, NoMeshes())
-    assert [str(x) for x in left if x.repairable] == []
+    assert [str(x) for x in find_all(repaired.file, NoMeshes()) if x.repairable] == []
     assert repair_urdf(repaired.file, NoMeshes()).changes == ()
 
 
 def test_sliding_joints(run: Run, tmp_path: Path) -> None:
     """`sed s/revolute/prismatic/`: no legs to walk with, which no repair invents."""
-    text = TEXTS[1].replace("revolute", "prismatic")
-    (tmp_path / "a.urdf").write_text(text)
+    (tmp_path / "a.urdf").write_text(SOUND.replace("revolute", "prismatic"))
     before, done = run("check", "a.urdf"), run("repair", "a.urdf", "-o", "b.urdf")
     assert (before.status, done.status) == (2, 2)
     assert RECOMMENDED not in before.out + before.err
@@ -80,20 +75,27 @@ def test_a_file_that_is_refused_for_one_thing_too_many(run: Run, tmp_path: Path)
     assert "lf_foot_joint" in left and left in report.findings
     assert not any("velocity" in text for text in report.left)
     done = run("repair", "a.urdf", "-o", "b.urdf")
-    assert (done.status, done.left) == (2, ["a.urdf"])
+    assert (done.status, done.left) == (2, ["a.urdf"]) and "nothing is written" in done.err
     assert "lf_foot_joint" in done.err and "velocity" not in done.err
+    repairs = [line for line in finding_lines(find_all(bad, None)) if line.startswith("  repair ")]
+    assert [line.split()[1] == "none:" for line in repairs] == [True, False]
+    assert "another file" in run("repair", "a.urdf", "-o", "a.urdf").err
+    for option in ("--mass", "--density", "--effort", "--velocity"):
+        done = run("repair", "a.urdf", "-o", "b.urdf", option, "-1")
+        assert done.status == 2 and option.removeprefix("--") in done.err
 
 
 def test_hints_are_those_of_check(run: Run, tmp_path: Path) -> None:
     """A robot that only stands on given feet is repaired with the same option, or hints file."""
     inertia = '<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/>'
+    box = '<visual><geometry><box size="0.2 0.2 0.05"/></geometry></visual>'
     feet = "".join(
         f'<link name="p{k}"/><joint name="j{k}" type="fixed"><parent link="b"/><child link="p{k}"/>'
         f'<origin xyz="{x} {y} -0.1"/></joint>'
         for k, (x, y) in enumerate(((0.1, 0.1), (-0.1, 0.1), (0, -0.1)))
     )
     text = f'<robot name="block"><link name="b"><inertial><mass value="-1"/>{inertia}</inertial>'
-    (tmp_path / "a.urdf").write_text(f"{text}{BOX}</link>{feet}</robot>")
+    (tmp_path / "a.urdf").write_text(f"{text}{box}</link>{feet}</robot>")
     given = ("--feet", "p0,p1,p2")
     plain = run("repair", "a.urdf", "-o", "b.urdf")
     assert (plain.status, plain.left) == (2, ["a.urdf"]) and "--feet" in plain.err
@@ -105,22 +107,9 @@ def test_hints_are_those_of_check(run: Run, tmp_path: Path) -> None:
     assert run("repair", "a.urdf", "-o", "c.urdf").status == 0
 
 
-BOX = '<visual><geometry><box size="0.2 0.2 0.05"/></geometry></visual>'
-
-
-def test_lines_report_where_there_is_no_repair() -> None:
-    file = broken(put("joint lf_foot_joint/origin", xyz="z"), every("joint", "limit", velocity="0"))
-    repairs = [line for line in finding_lines(find_all(file, None)) if line.startswith("  repair ")]
-    assert [line.split()[1] == "none:" for line in repairs] == [True, False]
-
-
-# what the campaign found ------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     "text",
-    ["<limit/>", '<limit lower="x" effort="1" velocity="1"/>', "<dynamics/>",
-     '<dynamics damping="nan"/>', '<dynamics friction="0 0"/>', '<mimic multiplier="2"/>',
+    ["<limit/>", '<dynamics friction="0 0"/>', '<mimic multiplier="2"/>',
      '<calibration rising="inf"/>', '<safety_controller k_position="1"/>'],
 )  # fmt: skip
 def test_elements_of_fixed_joints_that_parsers_refuse(text: str) -> None:
@@ -129,17 +118,15 @@ def test_elements_of_fixed_joints_that_parsers_refuse(text: str) -> None:
     (found,) = find_all(file, None)
     assert (found.what, found.where) == ("unreadable element", "joint 'lf_foot_joint'")
     assert (found.severity, found.repairable) == ("refused", True)
-    tag = ET.fromstring(text).tag
     repaired = repair_urdf(file).file
-    assert part(repaired.root, "joint lf_foot_joint").find(tag) is None
+    assert part(repaired.root, "joint lf_foot_joint").find(ET.fromstring(text).tag) is None
     assert find_all(repaired, None) == []
 
 
 def test_statements_that_do_not_fit_the_links(tmp_path: Path) -> None:
     """A file's own legs and places go where they name nothing; the robot is then inferred."""
     path = tmp_path / "a.urdf"
-    text = TEXTS[0].replace("<hexapod_pin", '<hexapod_pin x=""', 1)
-    root = ET.fromstring(text)
+    root = ET.fromstring(hp.urdf_path("athena").read_text())
     own = root.find("hexapod_pin")
     assert own is not None
     for extra in ('<posture joint="tail" angle="1"/>', '<held joint="tail" position="1"/>',
@@ -176,44 +163,30 @@ def test_what_a_repair_shows_is_repaired_too() -> None:
     assert repair_urdf(repaired.file).changes == ()
 
 
-def test_an_inertial_without_mass_or_numbers() -> None:
-    """On a fixed link it is dropped; it was refused and left."""
-    bad = '<inertial><mass value="0"/><inertia ixx="x"/></inertial>'
-    file = broken(add("link lf_foot", bad))
-    (found,) = find_all(file, None)
-    assert (found.what, found.severity) == ("unreadable inertial", "refused")
-    assert find_all(repair_urdf(file).file, None) == []
-
-
-@pytest.mark.parametrize("number", ["1_0", "\u0661", "inf"])
-def test_numbers_that_other_parsers_refuse(number: str) -> None:
-    """Python reads the first two, and an endless speed was let through: urdfdom takes none."""
-    file = broken(put("joint lf_tibia_joint/limit", velocity=number))
-    (found,) = find_all(file, None)
-    assert (found.what, found.severity, found.repairable) == (
-        "unreadable velocity",
-        "refused",
-        True,
-    )
-    assert find_all(repair_urdf(file).file, None) == []
-
-
-# `hexapod-pin repair` and `check`: files written, references kept, the input left alone.
+def test_what_only_other_parsers_refuse() -> None:
+    """Python reads "1_0"; an endless speed and an inertial of a fixed link were let through."""
+    inertial = '<inertial><mass value="0"/><inertia ixx="x"/></inertial>'
+    for change, what in (
+        (put("joint lf_tibia_joint/limit", velocity="1_0"), "unreadable velocity"),
+        (put("joint lf_tibia_joint/limit", velocity="inf"), "unreadable velocity"),
+        (add("link lf_foot", inertial), "unreadable inertial"),
+    ):
+        file = broken(change)
+        (found,) = find_all(file, None)
+        assert (found.what, found.severity, found.repairable) == (what, "refused", True)
+        assert find_all(repair_urdf(file).file, None) == []
 
 
 def test_a_repaired_file_is_accepted(run: Run, tmp_path: Path) -> None:
     """Refused, repaired, accepted; changes, assumptions and masses are printed."""
     file = broken(remove("link rr_coxa/inertial"), every("joint", "limit", velocity="0"))
     (tmp_path / "bad.urdf").write_text(file.text)
-    assert run("check", "bad.urdf").status == 2
     done = run("repair", "bad.urdf", "-o", "good.urdf", "--velocity", "5")
     assert (done.status, done.err) == (0, "")
     for text in ("18 joints", "velocity 0 -> 5 rad/s", "assumed: link 'rr_coxa'", "total mass"):
         assert text in done.out
     report = inspect(tmp_path / "good.urdf")
-    assert report.ok
-    assert any("rr_coxa" in text for text in report.assumed)
-    assert (tmp_path / "bad.urdf").read_text() == file.text
+    assert report.ok and any("rr_coxa" in text for text in report.assumed)
 
 
 def test_a_sound_file_is_copied_to_the_byte(run: Run, tmp_path: Path) -> None:
@@ -226,58 +199,24 @@ def test_a_sound_file_is_copied_to_the_byte(run: Run, tmp_path: Path) -> None:
     assert "no robot named 'atena'; known: " in run("repair", "atena", "-o", "b.urdf").err
 
 
-def test_refusals(run: Run, tmp_path: Path) -> None:
-    """The input is not overwritten; nothing is written where no repair exists."""
-    (tmp_path / "a.urdf").write_text(SOUND)
-    assert "another file" in run("repair", "a.urdf", "-o", "a.urdf").err
-    bad = broken(put("joint lf_foot_joint/origin", xyz="1 2 z"))
-    (tmp_path / "b.urdf").write_text(bad.text)
-    done = run("repair", "b.urdf", "-o", "c.urdf")
-    assert done.status == 2
-    assert "nothing is written" in done.err
-    assert "lf_foot_joint" in done.err
-    assert not (tmp_path / "c.urdf").exists()
-
-
-def test_meshes_are_found_from_another_folder(run: Run, tmp_path: Path) -> None:
-    """A relative reference becomes one relative to the output's folder."""
+def test_a_mesh_in_millimetres_is_found_from_another_folder(run: Run, tmp_path: Path) -> None:
+    """A trunk drawn 1000 times too large gets scale 0.001, and a reference from its new folder."""
     import trimesh
 
     (tmp_path / "in" / "meshes").mkdir(parents=True)
     (tmp_path / "out").mkdir()
-    box = trimesh.creation.box((0.5, 0.2, 0.1))
-    box.export(tmp_path / "in" / "meshes" / "trunk.stl")
+    trimesh.creation.box((495.0, 205.0, 89.0)).export(tmp_path / "in" / "meshes" / "trunk.stl")
     shape = '<visual><geometry><mesh filename="meshes/trunk.stl"/></geometry></visual>'
-    file = broken(remove("link base_link/visual"), add("link base_link", shape))
+    file = broken(remove("link base_link/visual"), remove("link base_link/inertial"),
+                  add("link base_link", shape))  # fmt: skip
     (tmp_path / "in" / "a.urdf").write_text(file.text)
+    finder = ResourceFinder(tmp_path / "in" / "a.urdf")
+    assert "meshes in mm" in {x.what for x in find_all(file, finder)}
     assert run("repair", "in/a.urdf", "-o", "out/a.urdf").status == 0
     written = read_urdf(tmp_path / "out" / "a.urdf")
+    assert find_all(written, ResourceFinder(tmp_path / "out" / "a.urdf")) == []
     mesh = next(written.root.iter("mesh"))
     assert mesh.get("filename") == "../in/meshes/trunk.stl"
-    assert find_all(written, ResourceFinder(tmp_path / "out" / "a.urdf")) == []
-    masses = [link.mass or 0.0 for link in written.links]
-    np.testing.assert_allclose(masses, [link.mass or 0.0 for link in file.links])
-    assert ET.fromstring(written.text).tag == "robot"
-
-
-def test_chains_are_counted_by_their_joints(tmp_path: Path) -> None:
-    """Six legs of three joints and a head of one."""
-    inertia = 'ixx="1e-4" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"'
-    file = broken(
-        add("", f'<link name="head"><inertial><mass value="0.1"/><inertia {inertia}/></inertial>'
-            "</link>"),
-        add("", '<joint name="neck" type="revolute"><parent link="base_link"/><child link="head"/>'
-            '<axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1" velocity="6"/></joint>'),
-    )  # fmt: skip
-    (tmp_path / "head.urdf").write_text(file.text)
-    report = inspect(tmp_path / "head.urdf")
-    assert sorted(report.chains) == [1, 3, 3, 3, 3, 3, 3]
-    assert "chains of moved joints: 6 of 3, 1 of 1" in str(report)
-
-
-@pytest.mark.parametrize("option", ["--mass", "--density", "--effort", "--velocity"])
-def test_options_are_above_zero(run: Run, tmp_path: Path, option: str) -> None:
-    (tmp_path / "a.urdf").write_text(SOUND)
-    done = run("repair", "a.urdf", "-o", "b.urdf", option, "-1")
-    assert done.status == 2
-    assert option.removeprefix("--") in done.err
+    np.testing.assert_array_equal([float(x) for x in mesh.get("scale", "").split()], [0.001] * 3)
+    mass = written.link_by_name["base_link"].mass
+    assert mass == pytest.approx(DENSITY * 0.495 * 0.205 * 0.089, rel=1e-6)
