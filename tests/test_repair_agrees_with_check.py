@@ -20,7 +20,14 @@ from hexapod_pin.robot.repair.finding import finding_lines
 from hexapod_pin.robot.repair.rules import DENSITY
 
 RECOMMENDED = "`hexapod-pin repair` repairs it"
+OWN = {
+    "far centre": put("link base_link/inertial/origin", xyz="2 0 0"),
+    "no masses": lambda root: [link.clear() for link in root.iter("inertial")],
+    "no trunk's parent": add("", '<joint name="top" type="fixed"><parent link="lf_coxa"/>'
+                             '<child link="base_link"/></joint>'),
+}  # fmt: skip
 COMBINED = (
+    ("far centre",), ("no masses", "zero effort"), ("no trunk's parent",),
     ("mass below 0", "zero velocity"), ("loop",), ("13.8 kg on two", "no velocity"), ("long axis",),
     ("planar", "floating", "mimic"), ("no such link", "two roots", "reserved"), ("mesh", "dummies"),
     ("unnamed joint", "a joint twice"), ("millimetres", "grams"), ("origin", "continuous"),
@@ -35,7 +42,7 @@ def test_commands_agree(run: Run, tmp_path: Path, names: tuple[str, ...]) -> Non
 
     After a repair no repairable finding is left, and a second repair changes nothing.
     """
-    text = broken(*[{**TOGETHER, **ALONE}[name][0] for name in names]).text
+    text = broken(*[OWN.get(name) or {**TOGETHER, **ALONE}[name][0] for name in names]).text
     (tmp_path / "in.urdf").write_text(text)
     before, done = run("check", "in.urdf"), run("repair", "in.urdf", "-o", "out.urdf")
     assert {before.status, done.status} <= {0, 2}

@@ -274,6 +274,17 @@ def test_nearest_possible_inertia() -> None:
     assert small + middle > large
 
 
+def test_what_is_not_drawn_is_a_ball_and_a_sliding_joint_lifts_twice_the_weight() -> None:
+    slide = '<joint name="slide" type="prismatic"><parent link="base_link"/><child link="head"/>' \
+            '<limit lower="-1" upper="1" effort="0" velocity="1"/></joint>'  # fmt: skip
+    done = repaired(add("", '<link name="head"/>'), add("", slide))
+    head = done.file.link_by_name["head"]
+    assert head.mass > 0.0 and head.moments[0] == head.moments[2] < 1e-3 * head.mass
+    force = 2.0 * 9.81 * masses(done.file).sum()
+    assert limit(done.file, "slide", "effort") == pytest.approx(force, rel=0.05)  # two digits
+    assert any("ball of radius" in text for text in done.assumed)
+
+
 def test_an_impossible_inertia_keeps_mass_and_centre() -> None:
     file = repaired(put("link rf_femur/inertial/inertia", izz="4e-4")).file
     old, new = WHOLE.link_by_name["rf_femur"], file.link_by_name["rf_femur"]
