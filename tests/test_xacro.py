@@ -65,21 +65,20 @@ def test_a_file_is_expanded(robot: Path, capfd: pytest.CaptureFixture[str]) -> N
     assert capfd.readouterr() == ("", "")
 
 
-def test_the_text_is_the_same_wherever_the_package_lies(robot: Path, tmp_path: Path) -> None:
+def test_arguments_override_defaults_and_a_package_may_lie_anywhere(
+    robot: Path, tmp_path: Path
+) -> None:
     """$(find package) stays a package in the text, and its mesh is found."""
+    found = read_robot_text(robot, xacro_args={"length": "2"})
+    assert 'name="front_4"' in found.text
+    assert found.notes == ("xacro argument length = 2 (given)",)
     before = read_robot_text(robot).text
+    assert 'name="front_3.0"' in before  # nothing is left of the argument
     os.rename(tmp_path / "spider", tmp_path / "moved")
     moved = tmp_path / "moved/urdf/spider.urdf.xacro"
     assert read_robot_text(moved).text == before and str(tmp_path) not in before
     found = ResourceFinder(moved).find("package://spider/meshes/leg.stl")
     assert "package://spider/meshes/leg.stl" in before and found is not None
-
-
-def test_arguments_override_defaults(robot: Path) -> None:
-    found = read_robot_text(robot, xacro_args={"length": "2"})
-    assert 'name="front_4"' in found.text
-    assert found.notes == ("xacro argument length = 2 (given)",)
-    assert 'name="front_3.0"' in read_robot_text(robot).text  # nothing is left of it
 
 
 def test_a_missing_argument_is_named(robot: Path) -> None:
@@ -129,17 +128,12 @@ def test_a_missing_file_of_a_package_that_is_there(robot: Path) -> None:
     [
         ('<xacro:include filename="robot.xacro"/>', ("include",)),
         ('<link name="${1 / 0}"/>', ("'1 / 0'", "zero")),
-        ('<link name="${unknown}"/>', ("'unknown'",)),
         ("<xacro:unknown/>", ("xacro:unknown",)),
         ('<xacro:include filename="broken.xacro"/>', ("broken.xacro", "XML", "1")),
         ('<xacro:include filename="bomb.xacro"/>', ("bomb.xacro", "<!DOCTYPE")),
         ('<include filename="x.xacro"/>' + LINK, ("<include>", "xacro:")),
         ('<xacro:macro name="leg" params=""/>', ("(leg)",)),
-        ('<link name="${x.__class__}"/>', ("'__class__'",)),
-        ('<link name="${(lambda: str.__subclasses__())()}"/>', ("__subclasses__",)),
-        ('<link name="${[g.gi_frame for g in [(i for i in [1])]]}"/>', ("'gi_frame'",)),
         (CODE.format("open('made', 'w')"), ("'open'",)),
-        (CODE.format("exec('x = 1')"), ("'exec'",)),
         ("<link name=\"${xacro.load_yaml('none.yaml')}\"/>", ("none.yaml", "package_path")),
     ],
 )
@@ -156,24 +150,18 @@ def test_what_cannot_be_expanded(
 
 
 def test_expressions_that_are_allowed(tmp_path: Path) -> None:
+    """More of their values are in test_robot_faults.py."""
+    (tmp_path / "config").mkdir()
+    (tmp_path / "config/sizes.yaml").write_text("femur: {length: 0.25}\nangle: !degrees 180\n")
     inside = (
-        '<xacro:property name="d" value="${dict(a=2)}"/>'
-        '<xacro:property name="g" value="${pi / 2}"/>'
-        "<link name=\"${d['a']} ${round(sin(g) * min(1, 3), 3)} ${[i * 2 for i in [1, 2]]}\"/>"
+        "<xacro:property name='s' value=\"${xacro.load_yaml('config/sizes.yaml')}\"/>"
         "<xacro:property name='c' value=\"max(1, int('5')) + arg('n')\"/>"
         '<link name="$(eval 3 + n)"/><link name="$(eval ${c})"/>'
+        '<link name="${s.femur.length} ${s.angle}"/>'
     )
     path = write(tmp_path / "robot.xacro", f"<xacro:arg name='n' default='4'/>{inside}")
     text = read_robot_text(path).text
-    assert 'name="2 1.0 [2, 4]"' in text and 'name="7"' in text and 'name="9"' in text
-
-
-def test_yaml_beside_the_file_is_read(tmp_path: Path) -> None:
-    (tmp_path / "config").mkdir()
-    (tmp_path / "config/sizes.yaml").write_text("femur: {length: 0.25}\nangle: !degrees 180\n")
-    inside = "<xacro:property name='s' value=\"${xacro.load_yaml('config/sizes.yaml')}\"/>"
-    path = write(tmp_path / "r.xacro", inside + '<link name="${s.femur.length} ${s.angle}"/>')
-    assert 'name="0.25 3.14159' in read_robot_text(path).text
+    assert 'name="7"' in text and 'name="9"' in text and 'name="0.25 3.14159' in text
 
 
 def test_a_urdf_stays_as_it_is(tmp_path: Path) -> None:
@@ -197,23 +185,14 @@ def test_sizes_are_limited(tmp_path: Path) -> None:
         ("<sdf version='1.6'><model name='m'/></sdf>", ("<sdf>", "SDF", "pysdf")),
         ("<launch/>", ("<launch>", "robot_description", "xacro_args")),
         ("<all><robot name='a'/><robot name='b'/></all>", ("<all>", "2", "'a', 'b'")),
+        ("<mujoco model='m'/>", ("<mujoco>", "MJCF", "name it .xml")),
     ],
 )
-@pytest.mark.parametrize("name", ["file.urdf", "file.xacro"])
-def test_other_kinds_of_files_are_named(
-    tmp_path: Path, name: str, text: str, about: tuple[str, ...]
-) -> None:
-    path = tmp_path / name
+def test_other_kinds_of_files_are_named(tmp_path: Path, text: str, about: tuple[str, ...]) -> None:
+    path = tmp_path / "file.xacro"
     path.write_text(text)
     with refused(UrdfError, source=str(path), about=about):
         parse_urdf(read_robot_text(path).text.encode(), str(path))
-
-
-def test_mjcf_is_no_xacro(tmp_path: Path) -> None:
-    path = tmp_path / "file.xacro"
-    path.write_text("<mujoco model='m'/>")
-    with refused(UrdfError, source=str(path), about=("<mujoco>", "MJCF", "name it .xml")):
-        read_robot_text(path)
 
 
 def test_xacro_without_its_prefix(tmp_path: Path) -> None:
@@ -224,9 +203,3 @@ def test_xacro_without_its_prefix(tmp_path: Path) -> None:
     with refused(UrdfError, source=str(path), about=("xmlns:xacro=",)):
         read_robot_text(path)
     assert not read_robot_text(tmp_path / "left.urdf").expanded
-
-
-def test_odd_paths() -> None:
-    for path in ("", "no/such.urdf", "a\0b.xacro", "x" * 5000):
-        with pytest.raises(UrdfError):
-            read_robot_text(path)
