@@ -18,7 +18,7 @@ from hexapod_pin.robot.reading.mesh_file import MeshCache
 CORNERS = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]])
 FACES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
 AREAS = np.array([1.0, 1.5, 3.0, 3.5])  # of FACES: |(1, 2, 0) x (1, 0, 3)| / 2 = 7 / 2
-FILES = ["ascii.stl", "binary.stl", "plain.obj", "plain.dae", "plain.ply", "plain.glb"]
+FILES = ["ascii.stl", "binary.STL", "plain.obj", "plain.dae", "plain.ply", "plain.glb"]
 
 
 def binary_stl(bits: list[int], header: bytes = b"", corners: np.ndarray = CORNERS) -> bytes:
@@ -54,8 +54,8 @@ def collada(unit: str = "", up: str = "Z_UP", color: str = "0.2 0.4 0.6 1") -> s
 
 def write(folder: Path, name: str) -> Path:
     path = folder / name
-    if name == "binary.stl":
-        path.write_bytes(binary_stl([0] * 4))
+    if name == "binary.STL":
+        path.write_bytes(binary_stl([0] * 4, b"solid part"))
     elif name == "plain.dae":
         path.write_text(collada().replace("<translate>0 0 10</translate>", ""))
     elif name == "plain.obj":
@@ -93,9 +93,7 @@ def test_every_format_gives_the_same_body(tmp_path: Path, name: str) -> None:
 @pytest.mark.parametrize(
     ("unit", "up", "length"),
     [
-        ("", "Z_UP", 1.0),
         ('<unit name="meter" meter="1"/>', "Y_UP", 1.0),
-        ('<unit name="millimeter" meter="0.001"/>', "Z_UP", 0.001),
         ("<unit meter='1e-3' name='mm'/>", "Y_UP", 0.001),
         ('<unit name="inch" meter="0.0254"/>', "X_UP", 0.0254),
     ],
@@ -110,42 +108,27 @@ def test_collada_has_its_unit_applied_and_keeps_its_axes(tmp_path, unit, up, len
     assert (mesh.note == "") == (length == 1.0)
 
 
-def test_collada_agrees_with_an_independent_reader(tmp_path: Path) -> None:
-    coal = pytest.importorskip("coal")
-    path = tmp_path / "part.dae"
-    path.write_text(collada('<unit name="meter" meter="1"/>', "Y_UP"))
-    shape = coal.MeshLoader().load(str(path), np.array([1.0, -2.0, 0.5]))
-    shape.computeLocalAABB()
-    bounds = read_mesh(path, (1.0, -2.0, 0.5)).bounds
-    np.testing.assert_allclose(bounds, [shape.aabb_local.min_, shape.aabb_local.max_], atol=1e-6)
-
-
-def test_colors_of_materials_are_weighed_by_area(tmp_path: Path) -> None:
-    """One face red, three green: over the area, as one sees it."""
-    (tmp_path / "part.mtl").write_text("newmtl red\nKd 1 0 0\nnewmtl green\nKd 0 1 0\nd 0.5\n")
-    lines = ["mtllib part.mtl", *(f"v {x} {y} {z}" for x, y, z in CORNERS), "usemtl red"]
-    for number, face in enumerate(FACES):
-        lines += ["usemtl green"] if number == 1 else []
-        lines.append("f " + " ".join(str(corner + 1) for corner in face))
-    path = tmp_path / "part.obj"
-    path.write_text("\n".join(lines))
-    color = read_mesh(path).color
-    assert color is not None
-    assert color[:3] == pytest.approx((1.0 / 9.0, 8.0 / 9.0, 0.0), abs=1 / 255)
-
-
-def test_a_texture_counts_with_its_mean(tmp_path: Path) -> None:
+def test_colors_of_materials_are_weighed_by_area_and_a_texture_counts_with_its_mean(
+    tmp_path: Path,
+) -> None:
+    """One face green, three red and blue in half: over the area, as one sees it."""
     from PIL import Image
 
     image = Image.new("RGB", (2, 1), (255, 0, 0))
     image.putpixel((1, 0), (0, 0, 255))
     image.save(tmp_path / "skin.png")
-    (tmp_path / "part.mtl").write_text("newmtl skin\nKd 1 1 1\nmap_Kd skin.png\n")
-    corners = [f"v {x} {y} {z}" for x, y, z in CORNERS] + ["vt 0 0", "vt 1 0", "vt 0 1"]
-    faces = [f"f {a + 1}/1 {b + 1}/2 {c + 1}/3" for a, b, c in FACES]
+    skin = "newmtl skin\nKd 1 1 1\nmap_Kd skin.png\n"
+    (tmp_path / "part.mtl").write_text(f"newmtl green\nKd 0 1 0\nd 0.5\n{skin}")
+    lines = ["mtllib part.mtl", *(f"v {x} {y} {z}" for x, y, z in CORNERS), "usemtl green"]
+    lines += ["vt 0 0", "vt 1 0", "vt 0 1"]
+    for number, (a, b, c) in enumerate(FACES):
+        lines += ["usemtl skin"] if number == 1 else []
+        lines.append(f"f {a + 1}/1 {b + 1}/2 {c + 1}/3")
     path = tmp_path / "part.obj"
-    path.write_text("\n".join(["mtllib part.mtl", *corners, "usemtl skin", *faces]))
-    assert read_mesh(path).color == pytest.approx((0.5, 0.0, 0.5, 1.0), abs=0.01)
+    path.write_text("\n".join(lines))
+    color = read_mesh(path).color
+    assert color is not None
+    assert color[:3] == pytest.approx((4.0 / 9.0, 1.0 / 9.0, 4.0 / 9.0), abs=0.01)
 
 
 RED_5, BLUE_5 = 31, 31 << 10
@@ -158,7 +141,6 @@ RED_5, BLUE_5 = 31, 31 << 10
         ([0x8000 | BLUE_5] * 4, b"", (1.0, 0.0, 0.0)),  # VisCAM: red in the highest bits
         ([0x8000 | RED_5, 0, 0, 0], b"", (0.0, 0.0, 1.0)),  # only marked triangles count
         ([RED_5] * 4, b"COLOR=\x00\xff\x00\xff", (1.0, 0.0, 0.0)),  # Magics: red in the lowest
-        ([0x8000] * 4, b"COLOR=\x00\xff\x00\xff", (0.0, 1.0, 0.0)),
         ([RED_5, 0x8000, 0x8000, 0x8000], b"COLOR=\x00\xff\x00\xff", (1 / 9, 8 / 9, 0.0)),
         ([0] * 4, b"COLOR=\x33\x33\x33 MATERIAL=", (0.2, 0.2, 0.2)),
     ],
@@ -170,21 +152,13 @@ def test_colors_of_binary_stl(tmp_path, bits, header, color):
     assert found == (None if color is None else pytest.approx((*color, 1.0), abs=1e-6))
 
 
-def test_a_binary_stl_that_begins_with_solid(tmp_path: Path) -> None:
-    (tmp_path / "part.STL").write_bytes(binary_stl([0] * 4, b"solid part"))
-    assert volume(read_mesh(tmp_path / "part.STL")) == pytest.approx(1.0, abs=1e-6)
-
-
 @pytest.mark.parametrize(
     ("name", "data", "about"),
     [
         ("none.stl", None, ("opened",)),
         ("empty.stl", b"", ("triangles", "STL")),  # which of the two is trimesh's affair
         ("short.stl", binary_stl([0] * 4)[:-7], ("triangles", "STL")),
-        ("text.dae", b"no XML", ("DAE",)),
-        ("bomb.dae", b"<!DOCTYPE x [<!ENTITY a 'b'>]><COLLADA/>", ("DOCTYPE",)),
         ("wide.dae", "<!DOCTYPE x [<!ENTITY a 'b'>]><COLLADA/>".encode("utf-16"), ("DOCTYPE",)),
-        ("wider.dae", "<!DOCTYPE x [<!ENTITY a 'b'>]><COLLADA/>".encode("utf-32"), ("DOCTYPE",)),
         ("unit.dae", collada('<unit meter="0"/>').encode(), ("<unit meter",)),
         ("none.obj", b"v 0 0 0\n", ("triangles", "OBJ")),
         ("nan.stl", binary_stl([0] * 4, corners=CORNERS * np.nan), ("(nan, nan, nan)",)),
@@ -200,25 +174,22 @@ def test_unusable_files_are_refused_by_name(tmp_path, name, data, about):
     assert any(text in caught.value.reason for text in about)
 
 
-def test_limits_of_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = write(tmp_path, "binary.stl")
+def test_limits_of_size_and_scale(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = write(tmp_path, "binary.STL")
     monkeypatch.setattr(mesh_file, "MAX_MESH_FACES", 3)
     with refused(MeshError, file=str(path), about=("4", "triangles", "3")):
         read_mesh(path)
+    for scale in ((1, 1), (1, 0, 1), (1, np.nan, 1)):
+        with refused(ParameterError, "mesh scale", scale):
+            read_mesh(path, scale)
     monkeypatch.setattr("hexapod_pin.robot.reading.mesh_file.MAX_MESH_BYTES", 100)
     with refused(MeshError, file=str(path), about=("284", "100")):
         read_mesh(path)
 
 
-@pytest.mark.parametrize("scale", [(1, 1), (1, 0, 1), (1, np.nan, 1), (np.inf, 1, 1)])
-def test_scales_that_are_refused(tmp_path: Path, scale: tuple[float, ...]) -> None:
-    with refused(ParameterError, "mesh scale", scale):
-        read_mesh(write(tmp_path, "binary.stl"), scale)
-
-
 def test_a_file_is_read_again_when_it_changes(tmp_path: Path) -> None:
     """The cache is bounded."""
-    path = write(tmp_path, "binary.stl")
+    path = write(tmp_path, "binary.STL")
     first = read_mesh(path)
     assert read_mesh(str(path)) is first and not first.vertices.flags.writeable
     assert read_mesh(path, (2, 2, 2)) is not first

@@ -22,7 +22,7 @@ from hexapod_pin.control import leg_clearance
 from hexapod_pin.errors import MeshError, ParameterError, UrdfError
 from hexapod_pin.robot.description.urdf_file import MAX_LINKS, parse_urdf, read_urdf
 from hexapod_pin.robot.reading import read_mesh
-from hexapod_pin.robot.reading.mesh_file import LARGEST_MESH, SMALLEST_MESH
+from hexapod_pin.robot.reading.mesh_file import LARGEST_MESH
 from hexapod_pin.robot.repair import find_all, repair_urdf
 from hexapod_pin.robot.repair.measures import mesh_solid
 
@@ -41,8 +41,6 @@ def write_ply(path: Path, vertices: np.ndarray, faces: int | None = None) -> Pat
     path.write_text(head + "\n".join(rows) + "\n")
     return path
 
-
-# meshes -----------------------------------------------------------------------------------------
 
 HULLS = """
 import json, sys
@@ -76,24 +74,14 @@ def judged(trials: list[tuple[Path, float]]) -> list[str]:
 
 ODD_SETS = {
     "one point": (CORNERS[:1], "refused flat"),
-    "two points": (CORNERS[:2], "read flat"),
     "three points": (CORNERS[:3], "read flat"),
     "four points": (CORNERS[:4], "read solid"),
-    "one point many times": (np.repeat(CORNERS[:1], 40, axis=0), "refused flat"),
-    "each point many times": (np.repeat(CORNERS, 40, axis=0), "read solid"),
-    "on a line": (np.outer(np.arange(30.0), [1, 2, 3]), "read flat"),
     "in a plane": (np.c_[CORNERS[:, :2], np.zeros(5)], "read flat"),
     "nearly in a plane": (CORNERS * [1, 1, 1e-17], "read flat"),
     "denormal": (5e-324 * CORNERS, "refused flat"),
-    "denormal in one axis": (CORNERS * [1, 1, 5e-324], "read flat"),
-    "smallest": (SMALLEST_MESH * CORNERS, "read flat"),
     "ten micrometres": (1e-5 * CORNERS, "read solid"),
-    "below the smallest": (0.1 * SMALLEST_MESH * CORNERS, "refused flat"),
     "largest": (LARGEST_MESH * CORNERS, "read solid"),
-    "above the largest": (1.01 * LARGEST_MESH * CORNERS, "refused flat"),
     "small and far away": (1e-3 * CORNERS + LARGEST_MESH / 2, "read solid"),
-    "smallest to largest": (10.0 ** np.linspace(-9, 6, 40)[:, None] * [1, -1, 1], "read flat"),
-    "1e300": (1e300 * CORNERS, "refused flat"),
     "not a number": (CORNERS * [1, 1, np.nan], "refused flat"),
     "infinite": (np.where(CORNERS == 1, np.inf, 0.0), "refused flat"),
 }
@@ -118,70 +106,37 @@ def test_odd_sets_of_points_are_refused_or_flat_and_crash_nothing(tmp_path: Path
     assert set(found[len(paths) :: 4]) == {"refused flat"}
 
 
-def test_no_vertices_and_no_triangles(tmp_path: Path) -> None:
-    for k, (vertices, faces) in enumerate(((CORNERS[:0], 0), (CORNERS, 0), (CORNERS[:0], 1))):
-        with pytest.raises(MeshError):
-            read_mesh(write_ply(tmp_path / f"{k}.ply", vertices, faces))
-
-
-@pytest.mark.parametrize("factor", [1e9, -1e308, 1e-12, -1e-310])
-def test_a_scale_that_makes_a_mesh_absurd(tmp_path: Path, factor: float) -> None:
-    """The reason names the size, the allowed ones and the scale as the remedy."""
+def test_no_vertices_and_scales_that_are_absurd_or_mirror(tmp_path: Path) -> None:
+    """The product of small negative factors underflows; the faces are turned all the same."""
+    with pytest.raises(MeshError):
+        read_mesh(write_ply(tmp_path / "none.ply", CORNERS[:0], 0))
     path = write_ply(tmp_path / "a.ply", CORNERS)
-    with refused(MeshError, file=str(path)) as caught:
-        read_mesh(path, (factor,) * 3)
-    assert "scale" in caught.value.reason and f"{LARGEST_MESH:g}" in caught.value.reason
-    assert mesh_solid(path, np.full(3, factor)) is None
-
-
-def test_small_negative_factors_still_mirror(tmp_path: Path) -> None:
-    """Their product underflows; the faces are turned all the same."""
-    path = write_ply(tmp_path / "a.ply", 1e150 * CORNERS)
+    for factor in (-1e308, 1e-12):
+        with refused(MeshError, file=str(path)) as caught:
+            read_mesh(path, (factor,) * 3)
+        assert "scale" in caught.value.reason and f"{LARGEST_MESH:g}" in caught.value.reason
+        assert mesh_solid(path, np.full(3, factor)) is None
+    path = write_ply(tmp_path / "b.ply", 1e150 * CORNERS)
     plain, mirrored = (read_mesh(path, (sign * 1e-150,) * 3) for sign in (1, -1))
     assert np.array_equal(mirrored.faces, plain.faces[:, ::-1])
 
 
-def test_many_points(tmp_path: Path) -> None:
-    """The corners of a cube among points inside of it."""
-    rng = np.random.default_rng(0)
-    corners = np.array(np.meshgrid(*[(-1.0, 1.0)] * 3)).reshape(3, -1).T
-    vertices = np.vstack([rng.uniform(-0.9, 0.9, (200_000, 3)), corners])
-    path = tmp_path / "a.stl"
-    triangle = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("bits", "<u2")])
-    rows = np.zeros(len(vertices) // 3 + 1, triangle)
-    rows["corners"] = np.resize(vertices[::-1], (len(rows) * 3, 3)).reshape(-1, 3, 3)
-    path.write_bytes(bytes(80) + len(rows).to_bytes(4, "little") + rows.tobytes())
-    solid = mesh_solid(path, np.ones(3))
-    assert solid is not None and solid.volume == pytest.approx(8.0, rel=1e-6)
-
-
-# places and sizes -------------------------------------------------------------------------------
-
-GROUNDS = {
-    "flat": hp.Flat(),
-    "slope": hp.Slope(angle=0.2),
-    "stairs": hp.Stairs(rise=0.1, run=0.3, count=5),
-    "groove": hp.terrain.Groove(angle_left=0.3, angle_right=0.3),
-    "ledge": hp.terrain.Ledge(height=0.1),
-}
-
-
-@pytest.mark.parametrize("ground", GROUNDS.values(), ids=GROUNDS.keys())
 @pytest.mark.parametrize("function", ["clearance", "lift"])
-def test_clearance_of_places_beyond_any_ground(ground: hp.Flat, function: str) -> None:
+def test_clearance_as_far_as_a_ground_reaches_and_beyond(function: str) -> None:
     """On stairs the result was 1e9 m for a place at 1e12 m, or the minimum of an empty sequence."""
-    measure = getattr(ground, function)
-    for axis, value in enumerate((1e12, -1e12, 1.7e308)):
-        point = np.zeros((1, 3))
-        point[0, axis] = value
-        with refused(ParameterError, f"points[0, {axis}]", value, about=("1e+06 m",)):
-            measure(point, 0.1)
-        with refused(ParameterError, "radii[1]", abs(value)):
-            measure([[0, 0, 0], [0, 0, 1]], [0.1, abs(value)])
-
-
-def test_clearance_as_far_as_a_ground_reaches() -> None:
-    for ground in GROUNDS.values():
+    for ground in (
+        hp.Slope(angle=0.2),
+        hp.Stairs(rise=0.1, run=0.3, count=5),
+        hp.terrain.Ledge(height=0.1),
+    ):
+        measure = getattr(ground, function)
+        for axis, value in enumerate((1e12, -1e12, 1.7e308)):
+            point = np.zeros((1, 3))
+            point[0, axis] = value
+            with refused(ParameterError, f"points[0, {axis}]", value, about=("1e+06 m",)):
+                measure(point, 0.1)
+            with refused(ParameterError, "radii[1]", abs(value)):
+                measure([[0, 0, 0], [0, 0, 1]], [0.1, abs(value)])
         for corner in np.array(np.meshgrid(*[(-1e6, 1e6)] * 3)).reshape(3, -1).T:
             assert np.isfinite(ground.clearance(corner, 0.1))
             up = ground.lift(corner, 0.1)
@@ -194,28 +149,20 @@ SHAPES = {
     "sphere": '<sphere radius="{}"/>',
 }
 
-
 WALK = hp.Gait.tripod(stroke=0.05, cycle_time=2.0)
 
 
 @pytest.fixture(scope="module")
 def plain() -> hp.Robot:
-    """The sound robot."""
     return hp.load_robot("kharagpur")
-
-
-@pytest.fixture(scope="module")
-def plain_distance(plain: hp.Robot) -> float:
-    """Distance between its legs in a walk."""
-    return leg_clearance(plain, WALK).distance
 
 
 @pytest.mark.parametrize(
     ("shape", "value"),
-    [("box", "1e9"), ("cylinder", "1e12"), ("sphere", "1e155"), ("sphere", "1e300")],
+    [("box", "1e9"), ("cylinder", "1e12"), ("sphere", "1e300")],
 )
 def test_shapes_of_absurd_size_are_dropped(
-    tmp_path: Path, plain: hp.Robot, plain_distance: float, shape: str, value: str
+    tmp_path: Path, plain: hp.Robot, shape: str, value: str
 ) -> None:
     """A cylinder of 1e12 m ended loading in a LinAlgError, a sphere of 1e300 m in "no limbs"."""
     geometry = f"<geometry>{SHAPES[shape].format(value)}</geometry>"
@@ -225,11 +172,12 @@ def test_shapes_of_absurd_size_are_dropped(
     robot = hp.load_robot(file)
     assert robot.legs == plain.legs
     assert {x.what for x in hp.robot.inspect(file).found} == {"unreadable shape"}
-    assert leg_clearance(robot, WALK).distance == pytest.approx(plain_distance)
+    distance = leg_clearance(plain, WALK).distance
+    assert leg_clearance(robot, WALK).distance == pytest.approx(distance)
     assert find_all(repair_urdf(parse_urdf(file.read_bytes(), "a")).file, None) == []
 
 
-@pytest.mark.parametrize("value", ["1e9", "1e12", "1e300", "nan"])
+@pytest.mark.parametrize("value", ["1e9", "nan"])
 def test_joints_at_absurd_places_are_refused_by_name(tmp_path: Path, value: str) -> None:
     """At 1e12 m a foot was reported to lie 6e-05 m outside the reach of its leg."""
     file = broken(put("joint lf_femur_joint/origin", xyz=f"0 0 {value}"))
@@ -237,8 +185,6 @@ def test_joints_at_absurd_places_are_refused_by_name(tmp_path: Path, value: str)
     assert (found.what, found.where) == ("unreadable origin", "joint 'lf_femur_joint'")
     assert value in found.value and "1e+06 m" in found.rule
 
-
-# long files -------------------------------------------------------------------------------------
 
 INERTIAL = '<inertial><mass value="1e-3"/><inertia ixx="1e-6" iyy="1e-6" izz="1e-6" ixy="0" ' \
            'ixz="0" iyz="0"/></inertial>'  # fmt: skip
@@ -328,24 +274,15 @@ def test_no_work_recurses_per_link(tmp_path: Path, kind: str) -> None:
         sys.setrecursionlimit(depth)
 
 
-def test_as_many_links_as_are_read_and_more(tmp_path: Path) -> None:
+def test_as_many_links_as_are_read_and_more(tmp_path: Path, plain: hp.Robot) -> None:
     path = tmp_path / "a.urdf"
     path.write_text(long_file("fixed in a row on a leg", MAX_LINKS - 25))
-    assert len(hp.load_robot(path).legs) == 6
+    long = hp.load_robot(path)
+    assert long.legs == plain.legs  # fixed links change nothing but the mass
+    assert long.total_mass == pytest.approx(plain.total_mass + 1e-3 * (MAX_LINKS - 25))
     path.write_text(long_file("fixed in a row on a leg", MAX_LINKS + 1))
     with refused(UrdfError, source=str(path), about=(f"{MAX_LINKS}",)):
         hp.load_robot(path)
-
-
-def test_fixed_links_change_nothing_but_the_mass(
-    tmp_path: Path, plain: hp.Robot, plain_distance: float
-) -> None:
-    path = tmp_path / "a.urdf"
-    path.write_text(long_file("fixed in a row on the trunk", 1000))
-    long = hp.load_robot(path)
-    assert long.legs == plain.legs
-    assert long.total_mass == pytest.approx(plain.total_mass + 1.0)
-    assert leg_clearance(long, WALK).distance == plain_distance
 
 
 def test_limbs_on_a_link_fixed_to_the_root(tmp_path: Path) -> None:

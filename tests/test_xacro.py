@@ -128,6 +128,7 @@ def test_a_missing_file_of_a_package_that_is_there(robot: Path) -> None:
     [
         ('<xacro:include filename="robot.xacro"/>', ("include",)),
         ('<link name="${1 / 0}"/>', ("'1 / 0'", "zero")),
+        ('<link name="${unknown}"/>', ("'unknown'",)),
         ("<xacro:unknown/>", ("xacro:unknown",)),
         ('<xacro:include filename="broken.xacro"/>', ("broken.xacro", "XML", "1")),
         ('<xacro:include filename="bomb.xacro"/>', ("bomb.xacro", "<!DOCTYPE")),

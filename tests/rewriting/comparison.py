@@ -47,17 +47,11 @@ FOOT_TOLERANCE = 1e-3
 
 @dataclass(frozen=True, eq=False)
 class Walk:
-    """What is compared of a walk.
-
-    Attributes:
-        torque: of each leg's joints, signs as of the original's. (T, 3) each [N m].
-        feet: foot centres where the robot stands, trunk axes, by leg. (3,) each [m].
-        gait: that was walked: the default one of the original.
-    """
+    """What is compared of a walk."""
 
     gait: Gait
-    torque: Mapping[str, Array]
-    feet: Mapping[str, Array]
+    torque: Mapping[str, Array]  # of each leg's joints, signs as of the original's. (T, 3) [N m]
+    feet: Mapping[str, Array]  # foot centres where the robot stands, trunk axes, by leg. (3,) [m]
 
     @property
     def peak(self) -> float:
@@ -67,23 +61,14 @@ class Walk:
 
 @dataclass(frozen=True)
 class Difference:
-    """How a rewritten robot's walk differs from the original's.
-
-    Attributes:
-        seed: of the conventions.
-        robot: name of the original.
-        conventions: what was changed.
-        torque: largest difference of a torque, relative to the largest torque; nan where it failed.
-        foot: largest distance between feet [m]; nan where it failed.
-        failure: why it does not walk; empty where it does.
-    """
+    """How a rewritten robot's walk differs from the original's; nan where it failed."""
 
     seed: int
     robot: str
     conventions: ConventionSet
-    torque: float
-    foot: float
-    failure: str
+    torque: float  # largest difference of a torque, relative to the largest torque
+    foot: float  # largest distance between feet [m]
+    failure: str  # why it does not walk; empty where it does
 
     @property
     def passed(self) -> bool:
@@ -93,11 +78,7 @@ class Difference:
 
 
 def reference_walk(robot: str, repair: bool = False) -> Walk:
-    """Return the walk of a built-in robot of which its file states nothing but the parts.
-
-    Raises:
-        HexapodError: it cannot be loaded or does not walk.
-    """
+    """Return the walk of a built-in robot of which its file states nothing but the parts."""
     text = stripped(urdf_path(robot).read_text(encoding="utf-8"))
     loaded = _loaded(text, {}, repair=repair)
     return _walk(loaded, feasible_gait(loaded, GAIT, None)[0], {})
@@ -110,27 +91,21 @@ def difference(robot: str, seed: int, reference: Walk, *, repair: bool = False) 
     text = urdf_path(robot).read_text(encoding="utf-8")
     rewritten = rewrite(text, conventions, rng)
     signs = {change.name: change.sign for change in rewritten.joints.values()}
+    failed = (seed, robot, conventions, np.nan, np.nan)
     try:
         loaded = _loaded(rewritten.text, rewritten.files, repair=repair)
         walk = _walk(loaded, reference.gait, signs)
     except Exception as error:  # whatever ends a walk is a finding
-        return Difference(
-            seed, robot, conventions, np.nan, np.nan, f"{type(error).__name__}: {error}"
-        )
+        return Difference(*failed, f"{type(error).__name__}: {error}")
     if set(walk.torque) != set(reference.torque):
-        failure = f"legs {', '.join(walk.torque)} instead of {', '.join(reference.torque)}"
-        return Difference(seed, robot, conventions, np.nan, np.nan, failure)
-    torque = max(
-        float(np.abs(walk.torque[leg] - reference.torque[leg]).max()) for leg in reference.torque
-    )
-    foot = max(
-        float(np.linalg.norm(walk.feet[leg] - reference.feet[leg])) for leg in reference.feet
-    )
+        names = f"{', '.join(walk.torque)} instead of {', '.join(reference.torque)}"
+        return Difference(*failed, f"legs {names}")
+    torque = max(float(np.abs(walk.torque[x] - reference.torque[x]).max()) for x in walk.torque)
+    foot = max(float(np.linalg.norm(walk.feet[x] - reference.feet[x])) for x in walk.feet)
     return Difference(seed, robot, conventions, torque / reference.peak, foot, "")
 
 
 def _loaded(text: str, files: Mapping[str, bytes], *, repair: bool) -> Robot:
-    """Load a robot from its text and the files beside it."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "robot.urdf"
         path.write_text(text, encoding="utf-8")
@@ -143,7 +118,6 @@ def _loaded(text: str, files: Mapping[str, bytes], *, repair: bool) -> Robot:
 
 
 def _walk(robot: Robot, gait: Gait, signs: Mapping[str, float]) -> Walk:
-    """Walk a robot, and return its torques with the signs of its joints undone."""
     trace = simulate(
         Scene(robot), KinematicControl(gait), duration=CYCLES * gait.cycle_time,
         method=METHOD, step=STEP, initial=_pressed(robot),
@@ -165,15 +139,16 @@ def _pressed(robot: Robot) -> State:
 
 
 def _feet(robot: Robot) -> dict[str, Array]:
-    """Return the foot centres in the base frame where the robot stands [m]."""
-    import pinocchio as pin
-
     q = robot.stand().q.copy()
     q[:3] = 0.0
-    data = robot.model.createData()
+    return dict(zip((leg.name for leg in robot.legs), foot_centres(robot, q), strict=True))
+
+
+def foot_centres(robot: Robot, q: Array) -> Array:
+    """Return the feet of a robot's legs in the world. (L, 3) [m]."""
+    import pinocchio as pin
+
+    data, feet = robot.model.createData(), [robot.foot(leg.foot) for leg in robot.legs]
     pin.forwardKinematics(robot.model, data, q)
-    places = {}
-    for leg in robot.legs:
-        foot = robot.foot(leg.foot)
-        places[leg.name] = data.oMi[robot.model.getJointId(foot.joint)].act(foot.offset)
-    return places
+    numbers = [robot.model.getJointId(foot.joint) for foot in feet]
+    return np.array([data.oMi[k].act(x.offset) for k, x in zip(numbers, feet, strict=True)])

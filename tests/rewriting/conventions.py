@@ -14,32 +14,18 @@ UNITS = ("si", "kg mm2", "gram", "millimetre")
 
 @dataclass(frozen=True)
 class ConventionSet:
-    """How a robot is written.
+    """How a robot is written; only in SI it can be walked without repairing."""
 
-    Attributes:
-        yaw: of the root link's frame about its z axis [rad].
-        y_up: the root link's frame has its y axis up.
-        names: one of `NAMES`.
-        signs: joint axes turned round at random.
-        zeros: zero postures moved at random inside the limits.
-        frames: child frames turned, and moved along their joint's axis, at random.
-        fixed: fixed joints put in, and links split in two, at random.
-        feet: where the foot links' frames are; one of `FEET`.
-        shapes: one of `SHAPES`.
-        shuffled: links and joints in random order.
-        units: one of `UNITS`; only SI can be walked without repairing.
-    """
-
-    yaw: float = 0.0
-    y_up: bool = False
+    yaw: float = 0.0  # of the root link about its z axis [rad]
+    y_up: bool = False  # of the root link
     names: str = NAMES[0]
-    signs: bool = False
-    zeros: bool = False
-    frames: bool = False
-    fixed: bool = False
+    signs: bool = False  # joint axes turned round at random
+    zeros: bool = False  # moved at random inside the limits
+    frames: bool = False  # turned, and slid along their joint's axis
+    fixed: bool = False  # joints put in, and links split in two
     feet: str = FEET[0]
     shapes: str = SHAPES[0]
-    shuffled: bool = False
+    shuffled: bool = False  # links and joints
     units: str = UNITS[0]
 
     @staticmethod

@@ -34,21 +34,18 @@ def turn_child(robot: RobotParts, joint: JointPart, turn: Array, slide: float) -
 
 
 def shift_zero(joint: JointPart, zero: float) -> None:
-    """Make an angle [rad] the joint's zero."""
     joint.place = joint.place @ Placement(about(joint.axis, zero))
     joint.limit["lower"] -= zero
     joint.limit["upper"] -= zero
 
 
 def flip_axis(joint: JointPart) -> None:
-    """Turn a joint's axis round."""
     joint.axis = -joint.axis
     lower, upper = joint.limit["lower"], joint.limit["upper"]
     joint.limit["lower"], joint.limit["upper"] = -upper, -lower
 
 
 def put_fixed_link_before(robot: RobotParts, joint: JointPart, new: Placement) -> None:
-    """Let a massless link, fixed to the parent at a placement, carry a joint."""
     between = LinkPart(f"{joint.name}_mount", None, np.zeros(3), np.zeros((3, 3)), [])
     fixed = _fixed(f"{joint.name}_fixed", joint.parent, between.name, new)
     joint.parent, joint.place = between.name, new.inverse() @ joint.place
@@ -89,5 +86,4 @@ def place_foot(robot: RobotParts, joint: JointPart, frame: str) -> None:
 
 
 def _fixed(name: str, parent: str, child: str, place: Placement) -> JointPart:
-    """Return a fixed joint."""
     return JointPart(name, "fixed", parent, child, place, np.array([1.0, 0.0, 0.0]), {}, {})

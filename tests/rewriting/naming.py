@@ -50,12 +50,10 @@ def _phantomx(name: str, prefix: str) -> str:
 
 
 def _shuffled(names: dict[str, str], rng: np.random.Generator) -> zip[tuple[str, int]]:
-    """Return names with the numbers 0, 1, ... in random order."""
     return zip(names, rng.permutation(len(names)).tolist(), strict=True)
 
 
 def _names(rng: np.random.Generator, count: int) -> Iterator[str]:
-    """Return different names without meaning."""
     found: dict[str, None] = {}
     while len(found) < count:
         pairs = [rng.choice(list(LETTERS)) + rng.choice(list(VOWELS)) for _ in range(4)]

@@ -6,9 +6,11 @@ import xml.etree.ElementTree as ET
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.robot.description.urdf_file import UrdfFile, origin
+from hexapod_pin.robot.rotations import rotation
 
 
 @dataclass(eq=False)
@@ -23,7 +25,6 @@ class Placement:
         return Placement(self.r @ inner.r, self.r @ inner.p + self.p)
 
     def inverse(self) -> Placement:
-        """Return the placement of the outer frame in the inner one."""
         return Placement(self.r.T, -self.r.T @ self.p)
 
 
@@ -74,12 +75,10 @@ class RobotParts:
 
     @property
     def root(self) -> LinkPart:
-        """The link that no joint carries."""
         carried = {joint.child for joint in self.joints}
         return next(link for link in self.links if link.name not in carried)
 
     def link(self, name: str) -> LinkPart:
-        """Return a link by name."""
         return next(link for link in self.links if link.name == name)
 
 
@@ -96,18 +95,11 @@ def parts_of(file: UrdfFile) -> RobotParts:
     for joint in file.joints:
         limit = {k: joint.limit(k) for k in ("lower", "upper", "effort", "velocity")}
         dynamics = joint.element.find("dynamics")
-        joints.append(
-            JointPart(
-                joint.name,
-                joint.kind,
-                joint.parent,
-                joint.child,
-                Placement(rotation(joint.rpy), np.array(joint.xyz)),
-                np.array(joint.axis),
-                limit if joint.moves else {},
-                {} if dynamics is None else dict(dynamics.attrib),
-            )  # fmt: skip
-        )
+        place = Placement(rotation(joint.rpy), np.array(joint.xyz))
+        part = JointPart(joint.name, joint.kind, joint.parent, joint.child, place,
+                         np.array(joint.axis), limit if joint.moves else {},
+                         {} if dynamics is None else dict(dynamics.attrib))  # fmt: skip
+        joints.append(part)
     materials = {
         e.get("name", ""): color.get("rgba", "")
         for e in file.root.findall("material")
@@ -116,23 +108,9 @@ def parts_of(file: UrdfFile) -> RobotParts:
     return RobotParts(file.name, links, joints, materials)
 
 
-def rotation(rpy: tuple[float, ...]) -> Array:
-    """Return the rotation of roll, pitch, yaw [rad]: Rz Ry Rx."""
-    (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
-    return np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-            [-sp, cp * sr, cp * cr],
-        ]
-    )
-
-
 def about(axis: Array, angle: float) -> Array:
-    """Return the rotation about a unit axis by an angle [rad] (Rodrigues)."""
-    x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    turned: Array = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
+    """Return the rotation about a unit axis by an angle [rad]."""
+    turned: Array = Rotation.from_rotvec(angle * axis).as_matrix()
     return turned
 
 
@@ -145,12 +123,10 @@ def roll_pitch_yaw(r: Array) -> tuple[float, float, float]:
 
 
 def _shape(element: ET.Element) -> Shape:
-    """Return a visual or collision element's shape."""
     xyz, rpy = origin(element)
     geometry = element.find("geometry")
     kind = geometry[0] if geometry is not None else ET.Element("none")
     material = element.find("material")
     name = None if material is None else material.get("name")
-    return Shape(
-        element.tag, Placement(rotation(rpy), np.array(xyz)), kind.tag, dict(kind.attrib), name
-    )
+    place = Placement(rotation(rpy), np.array(xyz))
+    return Shape(element.tag, place, kind.tag, dict(kind.attrib), name)

@@ -9,14 +9,14 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.robot.description.urdf_file import UrdfFile, parse_urdf
+from hexapod_pin.robot.description.urdf_file import parse_urdf
+from hexapod_pin.robot.rotations import rotation
 from rewriting import moves
 from rewriting.conventions import ConventionSet
 from rewriting.naming import rename
-from rewriting.parts import Placement, RobotParts, parts_of, rotation
+from rewriting.parts import Placement, RobotParts, parts_of
 from rewriting.shape_files import to_meshes
-from rewriting.units import in_units
-from rewriting.writing import text_of
+from rewriting.writing import in_units, text_of
 
 FOLDER = "shapes"
 """Where mesh files stand beside the URDF."""
@@ -38,13 +38,10 @@ class JointChange(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Rewritten:
-    """A robot in other conventions.
+    """A robot's text in other conventions, and the content of the files beside it by path.
 
-    Attributes:
-        text: of the URDF.
-        files: content of the files beside it, by path from its folder.
-        joints: old name of every moved joint -> what became of it.
-        base: placement of the original root frame in the new one.
+    `joints` has what became of every moved joint, by its old name; `base` places the original root
+    frame in the new one.
     """
 
     text: str
@@ -54,14 +51,8 @@ class Rewritten:
 
 
 def rewrite(text: str, conventions: ConventionSet, rng: np.random.Generator) -> Rewritten:
-    """Return a URDF of primitives in other conventions; its <hexapod_pin> element is left out.
-
-    Args:
-        text: the URDF.
-        conventions: what is changed.
-        rng: draws what is random in that (signs, zeros, frames, names, order).
-    """
-    robot = parts_of(_file(text))
+    """Return a URDF of primitives in other conventions; its <hexapod_pin> element is left out."""
+    robot = parts_of(parse_urdf(text.encode(), "the original"))
     base = _turn_base(robot, conventions)
     moved = [joint for joint in robot.joints if joint.limit]
     signs = {joint.name: 1.0 for joint in moved}
@@ -98,17 +89,10 @@ def rewrite(text: str, conventions: ConventionSet, rng: np.random.Generator) -> 
 
 
 def stripped(text: str) -> str:
-    """Return a URDF without its <hexapod_pin> element, otherwise the same robot."""
-    return text_of(parts_of(_file(text)))
-
-
-def _file(text: str) -> UrdfFile:
-    """Return a URDF read from its text."""
-    return parse_urdf(text.encode(), "the original")
+    return text_of(parts_of(parse_urdf(text.encode(), "the original")))
 
 
 def _turn_base(robot: RobotParts, conventions: ConventionSet) -> Placement:
-    """Turn the root link's frame; return the old one's placement in the new one."""
     new = Placement(rotation((0.0, 0.0, conventions.yaw)))
     if conventions.y_up:
         new = new @ Placement(rotation(Y_UP))
@@ -117,7 +101,6 @@ def _turn_base(robot: RobotParts, conventions: ConventionSet) -> Placement:
 
 
 def _add_fixed(robot: RobotParts, rng: np.random.Generator) -> None:
-    """Put in fixed links before some joints, and split some links."""
     for joint in list(robot.joints):
         if rng.random() < 0.5:
             place = Placement(_random_turn(rng), rng.uniform(-PLACES, PLACES, 3))

@@ -72,12 +72,10 @@ def _rings(outline: list[tuple[float, float]], top: tuple[float, float]) -> Mesh
 
 
 def _halves(quads: list[tuple[int, int, int, int]]) -> Array:
-    """Return the two triangles of each quadrilateral."""
     return np.array([t for a, b, c, d in quads for t in ((a, b, c), (a, c, d))])
 
 
 def stl_bytes(vertices: Array, triangles: Array) -> bytes:
-    """Return a binary STL."""
     corners = vertices[triangles]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
@@ -87,7 +85,6 @@ def stl_bytes(vertices: Array, triangles: Array) -> bytes:
 
 
 def _obj(vertices: Array, triangles: Array) -> bytes:
-    """Return an OBJ file."""
     lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
     lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in triangles.tolist()]
     return ("\n".join(lines) + "\n").encode()

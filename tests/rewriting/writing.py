@@ -1,4 +1,4 @@
-"""Parts as the text of a URDF, numbers to the last digit."""
+"""Parts as the text of a URDF, numbers to the last digit, in SI or in what exporters get wrong."""
 
 from __future__ import annotations
 
@@ -10,9 +10,40 @@ import numpy as np
 from hexapod_pin.arrays import Array
 from rewriting.parts import JointPart, LinkPart, Placement, RobotParts, roll_pitch_yaw
 
+MILLI = 1e-3
+FACTORS = {
+    "si": (1.0, 1.0, 1.0),
+    "kg mm2": (1.0, 1.0, MILLI**2),
+    "gram": (MILLI, 1.0, MILLI),
+    "millimetre": (1.0, MILLI, MILLI**2),
+}
+"""Units of mass, length and inertia of each of `UNITS`."""
+
+
+def in_units(robot: RobotParts, units: str) -> None:
+    """Write the numbers of a robot in units of `UNITS`; parts are changed in place."""
+    mass, length, inertia = FACTORS[units]
+    for link in robot.links:
+        if link.mass is not None:
+            link.mass, link.inertia = link.mass / mass, link.inertia / inertia
+        link.com = link.com / length
+        for shape in link.shapes:
+            shape.place.p = shape.place.p / length
+            if length != 1.0:
+                size = {"scale": "1 1 1", **shape.size} if shape.kind == "mesh" else shape.size
+                shape.size = {
+                    name: value if name == "filename" else _divided(value, length)
+                    for name, value in size.items()
+                }
+    for joint in robot.joints:
+        joint.place.p = joint.place.p / length
+
+
+def _divided(numbers: str, length: float) -> str:
+    return " ".join(repr(float(value) / length) for value in numbers.split())
+
 
 def text_of(robot: RobotParts) -> str:
-    """Return the URDF's text."""
     root = ET.Element("robot", name=robot.name)
     for name, rgba in robot.materials.items():
         ET.SubElement(ET.SubElement(root, "material", name=name), "color", rgba=rgba)
