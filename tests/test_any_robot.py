@@ -2,25 +2,26 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
 from refusals import refused
 from rewriting import ConventionSet, rewrite
+from rewriting.comparison import foot_centres
 
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError, UnknownNameError, UrdfError
-from hexapod_pin.robot.description.urdf_file import parse_urdf
 from hexapod_pin.robot.loading.load_options import LoadOptions
 from hexapod_pin.robot.loading.load_urdf import loaded_text
 from hexapod_pin.robot.robot import Robot, robot_of
 from hexapod_pin.robot.robot_source import urdf_path
 
+YAW = 0.6
 FOREIGN = ConventionSet(
-    yaw=0.6, names="nonsense", signs=True, zeros=True, feet="none", shapes="stl"
+    yaw=YAW, names="nonsense", signs=True, zeros=True, feet="none", shapes="stl"
 )
-"""Turned, renamed, other signs and zeros, no foot links, meshes."""
 
 
 @pytest.fixture(scope="module")
@@ -51,57 +52,48 @@ def same(first: Robot, second: Robot) -> None:
         np.testing.assert_array_equal(one.offset, other.offset)
 
 
+def read_again(robot: Robot) -> Robot:
+    return robot_of(loaded_text(robot.urdf, "text", LoadOptions()), "text")
+
+
 def test_inferences_are_reported_and_stated(robot: Robot) -> None:
     """The text of the robot states all: read again without hints it infers nothing new."""
     assert any("forward" in text for text in robot.inferred)
     assert any("feet" in text for text in robot.inferred)
-    again = robot_of(loaded_text(robot.urdf, "text", LoadOptions()), "text")
+    again = read_again(robot)
     same(robot, again)
     assert again.inferred == robot.inferred and again.digest == robot.digest
 
 
 def test_feet_stand_where_the_true_tips_are(robot: Robot) -> None:
     """Soles at z = 0 all six, and the stance of athena's own mirror symmetry."""
-    import pinocchio as pin
-
-    data = robot.model.createData()
-    pin.forwardKinematics(robot.model, data, robot.stand().q)
-    place = {
-        foot.leg: data.oMi[robot.model.getJointId(foot.joint)].act(foot.offset)
-        for foot in robot.feet
-    }
+    place = dict(zip((leg.name for leg in robot.legs), foot_centres(robot, robot.stand().q),
+                     strict=True))  # fmt: skip
     # the meshes are STL, single precision: 1e-7 m
     assert all(foot.radius == pytest.approx(0.02, abs=1e-7) for foot in robot.feet)
     for left, right in (("lf", "rf"), ("lm", "rm"), ("lr", "rr")):
-        mirrored = place[right] * [1, -1, 1]
-        np.testing.assert_allclose(place[left], mirrored, atol=1e-6)
+        np.testing.assert_allclose(place[left], place[right] * [1, -1, 1], atol=1e-6)
         assert place[left][2] == pytest.approx(0.02, abs=1e-6)
     assert place["lf"][0] > place["lm"][0] > place["lr"][0]
 
 
 def test_written_hints_give_the_same_robot(file: Path, robot: Robot, run, tmp_path: Path) -> None:
-    copy = tmp_path / file.name
-    for source in file.parent.rglob("*"):
-        if source.is_file():
-            target = tmp_path / source.relative_to(file.parent)
-            target.parent.mkdir(parents=True, exist_ok=True)
-            target.write_bytes(source.read_bytes())
-    done = run("check", str(copy), "--write")
+    shutil.copytree(file.parent, tmp_path, dirs_exist_ok=True)
+    done = run("check", file.name, "--write")
     assert done.status == 0 and "foreign.hints.toml" in done.out
-    hinted = hp.load_robot(copy)
+    hinted = hp.load_robot(tmp_path / file.name)
     assert hinted.options["legs"] == {leg.name: list(leg.joints) for leg in robot.legs}
     np.testing.assert_allclose(hinted.posture, robot.posture, atol=1e-12)
     assert [leg.joints for leg in hinted.legs] == [leg.joints for leg in robot.legs]
     np.testing.assert_allclose(hinted.stand().q, robot.stand().q, atol=1e-9)
-    done = run("check", str(copy), "--write")
+    done = run("check", file.name, "--write")
     assert done.status == 2 and "foreign.hints.toml" in done.err and "remove it" in done.err
 
 
 def test_a_case_repeats_with_the_options_of_its_robot(file: Path, tmp_path: Path) -> None:
     """Hints and radius are in the case; the run is the same to the bit; a changed hint is seen."""
-    given = hp.load_robot(file, forward=-np.degrees(0.6), foot_radius=0.01)
-    scene = hp.Scene(given)
-    case = hp.Case(scene, hp.HoldPosture(), duration=0.02)
+    given = hp.load_robot(file, forward=-np.degrees(YAW), foot_radius=0.01)
+    case = hp.Case(hp.Scene(given), hp.HoldPosture(), duration=0.02)
     path = case.save(tmp_path / "case.toml")
     again = hp.load_case(path)
     same(again.scene.robot, given)
@@ -115,75 +107,51 @@ def test_a_case_repeats_with_the_options_of_its_robot(file: Path, tmp_path: Path
 
 
 def test_hints_go_before_inference(file: Path, robot: Robot) -> None:
-    """Arguments before both; on a file that states all they are obeyed, and stored in the text."""
-    backward = float(np.degrees(np.arctan2(*forward_of(robot)[[1, 0]]))) + 180.0
-    turned = hp.load_robot(file, forward=backward)
+    """On a file that states all they are obeyed too, and stored in the text."""
+    turned = hp.load_robot(file, forward=180.0 - np.degrees(YAW))
     assert turned.legs[0].joints == robot.leg("rr").joints
     named = {leg.name: list(leg.joints) for leg in robot.legs}
     swapped = {**named, "lf": named["lm"], "lm": named["lf"]}
     assert hp.load_robot(file, legs=swapped).leg("lf").joints == robot.leg("lm").joints
-    angle = {robot.legs[0].joints[1]: float(robot.posture[robot.joint_index(
-        robot.legs[0].joints[1])]) + 0.05}  # fmt: skip
-    posed = hp.load_robot(file, posture=angle)
+    femur = robot.legs[0].joints[1]
+    angle = float(robot.posture[robot.joint_index(femur)]) + 0.05
+    posed = hp.load_robot(file, posture={femur: angle})
     changed = np.flatnonzero(posed.posture != robot.posture)
-    assert [robot.joint_names[k] for k in changed] == list(angle)
+    assert [robot.joint_names[k] for k in changed] == [femur]
     own = hp.load_robot("kharagpur")
     turned = hp.load_robot("kharagpur", forward="-x")
     assert turned.leg("lf").joints == own.leg("rr").joints
-    named = hp.load_robot("kharagpur", legs={f"leg {leg.name}": leg.joints for leg in own.legs})
-    assert named.leg("leg lf").joints == own.leg("lf").joints
-    for robot in (turned, named):
-        assert robot.inferred == ()
-        same(robot, robot_of(loaded_text(robot.urdf, "text", LoadOptions()), "text"))
+    renamed = hp.load_robot("kharagpur", legs={f"leg {leg.name}": leg.joints for leg in own.legs})
+    assert renamed.leg("leg lf").joints == own.leg("lf").joints
+    for one in (turned, renamed):
+        assert one.inferred == ()
+        same(one, read_again(one))
 
 
-def forward_of(robot: Robot) -> np.ndarray:
-    """Return the trunk's x axis in the frame of the file's root link."""
-    frame = robot.model.frames[robot.model.getFrameId(robot_root(robot))]
-    return np.array(frame.placement.rotation.T @ [1.0, 0.0, 0.0])
+def test_a_hint_that_names_nothing_is_refused(file: Path) -> None:
+    for options, error, fields in (
+        ({"legs": {"lf": ("no_such_joint",)}}, UrdfError, {"about": ("leg lf", "no_such_joint")}),
+        ({"forward": "up"}, UrdfError, {"about": ("forward 'up'",)}),
+        ({"held": {"nobody": 0.0}}, UnknownNameError, {"kind": "moved joint", "name": "nobody"}),
+        ({"feet": ("nobody",)}, UnknownNameError, {"kind": "foot link", "name": "nobody"}),
+    ):
+        with refused(error, **fields):
+            hp.load_robot(file, options=LoadOptions(**options))
 
 
-def robot_root(robot: Robot) -> str:
-    file = parse_urdf(robot.urdf.encode(), "text")
-    return file.joints_below[file.base][0].child
-
-
-@pytest.mark.parametrize(
-    ("options", "error", "fields"),
-    [({"legs": {"lf": ("no_such_joint",)}}, UrdfError, {"about": ("leg lf", "no_such_joint")}),
-     ({"forward": "up"}, UrdfError, {"about": ("forward 'up'",)}),
-     ({"held": {"no_such": 0.0}}, UnknownNameError, {"kind": "moved joint", "name": "no_such"}),
-     ({"feet": ("no_such_foot",)}, UnknownNameError,
-      {"kind": "foot link", "name": "no_such_foot"})],
-)  # fmt: skip
-def test_a_hint_that_names_nothing_is_refused(file, options, error, fields):
-    with refused(error, **fields):
-        hp.load_robot(file, options=LoadOptions(**options))
-
-
-def test_it_walks_from_the_command_line(file: Path, run, tmp_path: Path) -> None:
-    """Verdict, torque table, trace and playback of a robot that nobody prepared."""
-    out, html = tmp_path / "w.nc", tmp_path / "w.html"
-    done = run(
-        "walk", str(file), "--quick", "--duration", "7.2", "--out", str(out), "--html", str(html)
-    )
-    assert done.status == 0
-    assert " walks " in done.out.splitlines()[0]
-    trace = hp.load_trace(out)
-    assert hp.walk_verdict(trace).walks
-    assert hp.torque_budget(trace).table()
-    assert html.stat().st_size < 10e6
-
-
-def test_check_reports_findings_and_inference_of_a_refused_file(file, run, tmp_path):
-    broken = tmp_path / "broken.urdf"
+def test_a_refused_file_is_repaired_and_walks_from_the_command_line(file, run, tmp_path):
+    """Findings and inference, then verdict, torque table, trace and playback."""
     text = file.read_text()
     assert 'velocity="3.14"' in text
-    broken.write_text(text.replace('velocity="3.14"', 'velocity="0"'))
-    done = run("check", str(broken), "--package-path", str(file.parent))
+    (tmp_path / "broken.urdf").write_text(text.replace('velocity="3.14"', 'velocity="0"'))
+    meshes = ("broken.urdf", "--package-path", str(file.parent))
+    done = run("check", *meshes)
     assert done.status == 2 and "refused" in done.err
     assert "zero velocity" in done.out and "inferred: " in done.out and "leg lf: " in done.out
-    done = run("walk", str(broken), "--repair", "--velocity", "3.14", "--quick", "--full",
-                         "--package-path", str(file.parent), "--duration", "0.1", "--no-html",
-                         "--out", str(tmp_path / "w.nc"))  # fmt: skip
+    done = run("walk", *meshes, "--repair", "--velocity", "3.14", "--quick", "--full",
+               "--duration", "7.2", "--out", "w.nc", "--html", "w.html")  # fmt: skip
     assert done.status == 0 and "repaired: 18 joints" in done.out
+    assert " walks " in done.out.splitlines()[0]
+    trace = hp.load_trace("w.nc")
+    assert hp.walk_verdict(trace).walks and hp.torque_budget(trace).table()
+    assert (tmp_path / "w.html").stat().st_size < 10e6
