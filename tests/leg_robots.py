@@ -37,12 +37,8 @@ def joint(
 ) -> str:  # fmt: skip
     """Return a joint; fixed without an axis."""
     kind = kind if axis else "fixed"
-    moves = (
-        f'<axis xyz="{axis}"/><limit lower="{limits[0]}" upper="{limits[1]}" effort="{effort}" '
-        f'velocity="{velocity}"/>'
-        if axis
-        else ""
-    )
+    moves = f'<axis xyz="{axis}"/><limit lower="{limits[0]}" upper="{limits[1]}" '
+    moves = f'{moves}effort="{effort}" velocity="{velocity}"/>' if axis else ""
     place = " ".join(map(str, xyz))
     return (
         f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
@@ -72,16 +68,10 @@ def legged(
     count: int = 6, *, joints: int = 3, tarsus: float | None = None, pan: bool = False,
     spring: bool = False, tarsus_place: float | None = None, order: tuple[str, ...] = (),
 ) -> str:  # fmt: skip
-    """Return the URDF of a robot with its legs stated.
+    """Return the URDF of a robot with its legs stated, in an order of their elements.
 
-    Args:
-        count: of legs.
-        joints: with which each leg walks, 2 or 3.
-        tarsus: angle at which a fourth joint of each leg is held [rad]; None: no such joint.
-        pan: whether there is a head on a held joint.
-        spring: whether the feet are on held sliding joints.
-        tarsus_place: place of the tarsus as the file has it fixed, instead of a held joint [rad].
-        order: of the leg elements; the usual one if empty.
+    Each leg walks with 2 or 3 joints. A fourth, the tarsus, is held at an angle [rad] or fixed at a
+    place [rad]; `spring` puts feet on held sliding joints, `pan` a head on a held joint.
     """
     body, elements = [link("base_link", 2.0, 0.15)], {}
     for name, (x, y, yaw) in hips(count).items():
@@ -112,7 +102,6 @@ def _leg(
     name: str, hip: tuple[float, ...], yaw: float, joints: int, tarsus: float | None,
     place: float | None, spring: bool,
 ) -> tuple[list[str], str]:  # fmt: skip
-    """Return the walking joints of a leg and its links and joints."""
     chain = [f"{name}_coxa_joint", f"{name}_femur_joint", f"{name}_tibia_joint"][:joints]
     limits = (-1.5, 2.5)
     text = joint(chain[0], "base_link", f"{name}_coxa", hip, axis="0 0 1", rpy=f"0 0 {yaw!r}")
@@ -147,7 +136,6 @@ def _leg(
 
 
 def load(text: str, folder: Path) -> hp.Robot:
-    """Return the robot of a URDF text."""
     path = folder / "robot.urdf"
     path.write_text(text)
     return hp.load_robot(path)

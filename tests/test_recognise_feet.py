@@ -14,30 +14,21 @@ from rewriting.shape_files import mesh_of, stl_bytes
 from rewriting.steps import found, stripped_file
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.errors import ParameterError, UnknownNameError, UrdfError
+from hexapod_pin.errors import ParameterError, UrdfError
 from hexapod_pin.robot.reading.resources import ResourceFinder
-from hexapod_pin.robot.recognition.chains import tree_frames
 from hexapod_pin.robot.recognition.layout import RobotHints, RobotLayout
 from hexapod_pin.robot.recognition.recognise import recognise
-from hexapod_pin.robot.recognition.shape_points import Ball, fitted_ball, link_points, mesh_parts
+from hexapod_pin.robot.recognition.shape_points import Ball, fitted_ball, mesh_parts
 
 LEGS = ("lf", "lm", "lr", "rf", "rm", "rr")
 
 
 def with_shape(shape: str, place: str = "0 0 0", rpy: str = "0 0 0", tag: str = "collision") -> str:
     """Return six legs without feet whose tibiae have one shape."""
-    text = legged(6)
-    for leg in LEGS:
-        start = text.index(f'<link name="{leg}_foot">')
-        end = text.index("</link>", start) + len("</link>")
-        text = text[:start] + text[end:]
-        start = text.index(f'<joint name="{leg}_foot_joint"')
-        end = text.index("</joint>", start) + len("</joint>")
-        text = text[:start] + text[end:]
-        body = f'<link name="{leg}_tibia">'
-        geometry = f'<origin xyz="{place}" rpy="{rpy}"/><geometry>{shape}</geometry>'
-        text = text.replace(body, f"{body}<{tag}>{geometry}</{tag}>")
-    return text
+    feet = r'<(link|joint) name="\w\w_foot(_joint)?".*?</\1>'
+    text = re.sub(feet, "", legged(6), flags=re.DOTALL)
+    geometry = f'<origin xyz="{place}" rpy="{rpy}"/><geometry>{shape}</geometry>'
+    return re.sub(r'(<link name="\w\w_tibia">)', rf"\1<{tag}>{geometry}</{tag}>", text)
 
 
 def tips(layout: RobotLayout) -> Array:
@@ -46,14 +37,11 @@ def tips(layout: RobotLayout) -> Array:
     return np.array([leg.centre for leg in layout.legs])
 
 
-def test_a_sphere_at_the_end_of_the_tibia_is_the_foot() -> None:
+def test_a_sphere_is_the_foot_and_a_rod_ends_in_one_of_its_own_radius() -> None:
     layout = found(with_shape('<sphere radius="0.012"/>', "0.11 0.001 0.002"))
     assert tips(layout) == pytest.approx(np.tile([0.11, 0.001, 0.002], (6, 1)), abs=1e-15)
     assert [leg.radius for leg in layout.legs] == [0.012] * 6
     assert [leg.foot for leg in layout.legs] == [leg.tip_link for leg in layout.legs]
-
-
-def test_a_rod_ends_in_a_sphere_of_its_own_radius() -> None:
     rod = '<cylinder radius="0.008" length="0.12"/>'
     layout = found(with_shape(rod, "0.06 0 0", f"0 {math.pi / 2!r} 0"))
     assert tips(layout) == pytest.approx(np.tile([0.112, 0.0, 0.0], (6, 1)), abs=1e-12)
@@ -77,6 +65,9 @@ def test_a_box_ends_in_the_middle_of_its_lowest_edge_or_face() -> None:
         assert abs(leg.centre[1]) < 1e-12
         assert abs(leg.centre[2]) <= 0.003
         assert leg.radius <= 0.08 * 0.121
+    given = found(with_shape(f'<box size="{TIBIA} 0.006 0.006"/>', "0.06 0 0"), foot_radius=0.0)
+    for own, other in zip(layout.legs, given.legs, strict=True):  # it leaves the tip where it is
+        assert own.centre[0] + own.radius == pytest.approx(other.centre[0], abs=2e-4)
 
 
 def test_a_mesh_with_a_round_end_gives_that_sphere(tmp_path: Path) -> None:
@@ -92,6 +83,8 @@ def test_a_lost_mesh_is_reported_and_the_centre_of_mass_serves() -> None:
     layout = found(with_shape('<mesh filename="package://gone/rod.stl"/>'))
     assert tips(layout) == pytest.approx(np.tile([TIBIA, 0.0, 0.0], (6, 1)), abs=1e-12)
     assert any("rod.stl" in text and "assumed" in text for text in layout.inferred)
+    misplaced = found(with_shape('<box size="0.1 0.1 0.1"/>', "0 0 x"))
+    assert any("the origin of a shape has missing" in text for text in misplaced.inferred)
 
 
 def test_without_shape_frame_and_mass_the_legs_are_named_with_the_remedies() -> None:
@@ -139,23 +132,8 @@ def test_given_feet_and_radius_go_before_shapes() -> None:
     about = ("leg lf", "'lf_tibia'", "'lf_tibia_joint'", "feet=[...]")
     with refused(UrdfError, source="rewritten.urdf", about=about):
         found(with_shape(""), feet=knees)
-    with refused(UnknownNameError, kind="foot link", name="no_such"):
-        found(text, feet=["no_such"] * 6)
-    with refused(UrdfError, source="rewritten.urdf", about=("leg rr", "rr_foot")):
-        found(text, feet=[f"{leg}_foot" for leg in LEGS[:5]])
     with refused(ParameterError, "foot_radius", -1.0):
         found(text, foot_radius=-1.0)
-
-
-def test_a_radius_that_is_given_leaves_the_tip_where_it_is() -> None:
-    text = with_shape(f'<box size="{TIBIA} 0.006 0.006"/>', "0.06 0 0")
-    own, given = found(text), found(text, foot_radius=0.0)
-    file = stripped_file(text)
-    low = []
-    for layout in (own, given):
-        frames = tree_frames(file, own.posture)
-        low.append([frames.links[x.tip_link].act(x.centre)[2] - x.radius for x in layout.legs])
-    assert low[0] == pytest.approx(low[1], abs=2e-4)
 
 
 def test_spheres_differ_from_boxes_and_cylinders_whose_vertices_lie_on_one() -> None:
@@ -175,11 +153,3 @@ def test_spheres_differ_from_boxes_and_cylinders_whose_vertices_lie_on_one() -> 
     assert not isinstance(part, Ball)
     assert fitted_ball(np.vstack(rims)) is not None
     assert fitted_ball(rims[0]) is None
-
-
-def test_link_points_reach_as_far_as_the_shapes(tmp_path: Path) -> None:
-    file = stripped_file(with_shape('<box size="0.2 0.1 0.04"/>', "1 0 0"))
-    points = link_points(file, ResourceFinder(tmp_path / "robot.urdf"), "lf_tibia")
-    assert points.min(axis=0) == pytest.approx([0.9, -0.05, -0.02])
-    assert points.max(axis=0) == pytest.approx([1.1, 0.05, 0.02])
-    assert link_points(file, ResourceFinder(tmp_path / "robot.urdf"), "lf_coxa").shape == (0, 3)
