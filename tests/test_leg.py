@@ -10,7 +10,6 @@ import pytest
 from refusals import refused
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.control.gait import LEG_ORDER
 from hexapod_pin.errors import ReachError, UnknownNameError
 from hexapod_pin.robot.leg_kinematics import LegKinematics
 from hexapod_pin.robot.robot import Robot, load_robot
@@ -43,27 +42,16 @@ def variant(folder: Path, old: str, new: str) -> LegKinematics:
     return LegKinematics.of(load_robot(path), "lf")
 
 
-@pytest.fixture(scope="module")
-def offset_leg(tmp_path_factory: pytest.TempPathFactory) -> LegKinematics:
-    """A leg whose femur axis stands 12 mm aside and tilted: no closed form of our class."""
-    folder = tmp_path_factory.mktemp("offset")
-    old = '<origin xyz="0.0835 0 0" rpy="0 0 0"/>'
-    return variant(folder, old, '<origin xyz="0.0835 0.012 0" rpy="0.2 0 0.1"/>')
-
-
 def random_angles(count: int, seed: int = 1) -> Array:
-    """Return joint angles all around the circle. Shape (count, 3)."""
     return np.random.default_rng(seed).uniform(-np.pi, np.pi, (count, 3))
 
 
 def clear_of_singularities(leg: LegKinematics, q: Array) -> Array:
-    """Keep the postures whose Jacobian is well conditioned."""
     kept: Array = q[np.linalg.cond(leg.jacobian(q)) < 50]
     return kept
 
 
 def turns_apart(a: Array, b: Array) -> Array:
-    """Return a - b modulo full turns."""
     apart: Array = np.mod(a - b + np.pi, 2 * np.pi) - np.pi
     return apart
 
@@ -80,7 +68,7 @@ def pinocchio_foot(robot: Robot, name: str, q_leg: Array) -> tuple[Array, Array]
     return data.oMf[frame].translation.copy(), full[:3, 6 + np.array(rows)]
 
 
-@pytest.mark.parametrize("name", LEG_ORDER)
+@pytest.mark.parametrize("name", ["lf", "rm"])
 def test_forward_and_jacobian_equal_pinocchio(robot: Robot, name: str) -> None:
     """Every branch reaches the target, and one is the posture."""
     leg = LegKinematics.of(robot, name)
@@ -88,7 +76,6 @@ def test_forward_and_jacobian_equal_pinocchio(robot: Robot, name: str) -> None:
         position, jacobian = pinocchio_foot(robot, name, q)
         np.testing.assert_allclose(leg.forward(q), position, atol=1e-15)
         np.testing.assert_allclose(leg.jacobian(q), jacobian, atol=1e-15)
-    leg = LegKinematics.of(robot, name)
     seen = set()
     for q in clear_of_singularities(leg, random_angles(300, seed=2)):
         target = leg.forward(q)
@@ -114,7 +101,6 @@ def test_forward_is_the_textbook_formula(kharagpur: Robot, name: str, side: floa
 
 
 def test_branches_are_different_and_ordered(s2_leg: LegKinematics) -> None:
-    """Near the yaw axis four exist: knee up, down, then folded over the axis; `near` chooses."""
     target = s2_leg.forward([0.3, 1.2, 1.8])
     found = s2_leg.branches(target)
     assert found.shape == (4, 3)
@@ -126,31 +112,18 @@ def test_branches_are_different_and_ordered(s2_leg: LegKinematics) -> None:
         np.testing.assert_allclose(s2_leg.inverse(target, near=near, limits=False), branch)
 
 
-def test_inverse_round_trip_from_nearby(robot: Robot) -> None:
-    """The standing posture is the default reference."""
-    for name in LEG_ORDER:
-        leg = LegKinematics.of(robot, name)
-        q = np.random.default_rng(3).uniform(leg.lower, leg.upper, (200, 3))
-        for posture in clear_of_singularities(leg, q)[:60]:
-            again = leg.inverse(leg.forward(posture), near=posture)
-            np.testing.assert_allclose(again, posture, atol=1e-12)
-    for name in LEG_ORDER:
-        leg = LegKinematics.of(robot, name)
-        np.testing.assert_allclose(leg.inverse(leg.forward(leg.posture)), leg.posture, atol=1e-13)
-
-
 def test_inverse_of_a_path_is_the_path(s2_leg: LegKinematics) -> None:
-    """Vectorised, on one branch, and continuous when the yaw passes pi."""
+    """On one branch, and continuous when the yaw passes pi; the posture is the default reference."""
     s = np.linspace(0.0, 1.0, 400)
     q = np.stack([2.0 + 3.0 * s, -0.4 + 0.5 * np.sin(5 * s), 1.2 + 0.5 * np.cos(4 * s)], axis=-1)
     again = s2_leg.inverse(s2_leg.forward(q), near=q[0], limits=False)
     np.testing.assert_allclose(again, q, atol=1e-13)
+    posture = s2_leg.posture
+    np.testing.assert_allclose(s2_leg.inverse(s2_leg.forward(posture)), posture, atol=1e-13)
 
 
-@pytest.mark.parametrize(("left", "right"), [("lf", "rf"), ("lm", "rm"), ("lr", "rr")])
-def test_mirrored_targets_give_mirrored_angles(robot: Robot, left: str, right: str) -> None:
-    """The right side follows from geometry: opposite yaw, equal pitch."""
-    one, other = LegKinematics.of(robot, left), LegKinematics.of(robot, right)
+def test_mirrored_targets_give_mirrored_angles(robot: Robot) -> None:
+    one, other = LegKinematics.of(robot, "lf"), LegKinematics.of(robot, "rf")
     shift = np.random.default_rng(4).uniform(-0.03, 0.03, (50, 3))
     q_left = one.inverse(one.forward(one.posture) + shift)
     q_right = other.inverse(other.forward(other.posture) + shift * [1, -1, 1])
@@ -168,32 +141,25 @@ def test_a_straight_knee(s2_leg: LegKinematics) -> None:
     assert values[2] < 1e-15
 
 
-@pytest.mark.parametrize("beyond", [1e-9, 1e-3, 0.2])
-def test_target_beyond_reach_has_its_excess(s2_leg: LegKinematics, beyond: float) -> None:
-    target = np.array([0.0, 0.1025 + L1 + L2 + L3 + beyond, 0.0])
-    with refused(ReachError, leg="lm", about=("0.0206", "0.2181", "lm_femur_joint")) as no:
-        s2_leg.inverse(target)
-    assert no.value.leg == "lm"
-    assert no.value.excess == pytest.approx(beyond, abs=1e-15)
-    assert s2_leg.excess(target) == pytest.approx(beyond, abs=1e-15)
-    with pytest.raises(ReachError):
-        s2_leg.branches(target)
-
-
-def test_excess_of_targets_that_are_too_near_or_within_reach(s2_leg: LegKinematics) -> None:
+def test_excess_of_targets_out_of_reach(s2_leg: LegKinematics) -> None:
     """On the femur axis itself: L2 - L3 short of the reach; folded, 2 L1 from it, it reaches."""
+    for beyond in (1e-9, 0.2):
+        target = np.array([0.0, 0.1025 + L1 + L2 + L3 + beyond, 0.0])
+        with refused(ReachError, leg="lm", about=("0.0206", "0.2181", "lm_femur_joint")) as no:
+            s2_leg.inverse(target)
+        assert no.value.excess == pytest.approx(beyond, abs=1e-15)
+        assert s2_leg.excess(target) == pytest.approx(beyond, abs=1e-15)
+        with pytest.raises(ReachError):
+            s2_leg.branches(target)
     target = np.array([[0.0, 0.1025 + L1, 0.0]])
     with pytest.raises(ReachError) as caught:
         s2_leg.inverse(np.vstack([s2_leg.forward(s2_leg.posture), target]), limits=False)
     assert caught.value.excess == pytest.approx(L2 - L3, abs=1e-15)
-    q = random_angles(20).reshape(4, 5, 3)
-    inside = s2_leg.excess(s2_leg.forward(q))
-    assert inside.shape == (4, 5)
-    assert np.abs(inside).max() == 0.0
+    inside = s2_leg.excess(s2_leg.forward(random_angles(20).reshape(4, 5, 3)))
+    assert inside.shape == (4, 5) and np.abs(inside).max() == 0.0
 
 
 def test_what_has_no_solution_is_refused(s2_leg: LegKinematics, kharagpur: Robot) -> None:
-    """A foot on the yaw axis; beyond a joint limit; a leg that is not there."""
     target = np.array([0.0, 0.1025, -0.1])
     with refused(ReachError, leg="lm", about=("lm_coxa_joint",)):
         s2_leg.inverse(target, limits=False)
@@ -204,18 +170,13 @@ def test_what_has_no_solution_is_refused(s2_leg: LegKinematics, kharagpur: Robot
         s2_leg.inverse(target)
     free = s2_leg.inverse(target, limits=False)
     np.testing.assert_allclose(free, [1.3, 0.0, 1.5], atol=1e-14)
+    with refused(ReachError, leg="lm", excess=0.0, about=("finite",)):
+        s2_leg.inverse([0.1, np.nan, 0.0])
     with refused(UnknownNameError, kind="leg", name="left"):
         LegKinematics.of(kharagpur, "left")
 
 
-@pytest.mark.parametrize("bad", [np.nan, np.inf])
-def test_target_that_is_not_finite_is_refused(s2_leg: LegKinematics, bad: float) -> None:
-    with refused(ReachError, leg="lm", excess=0.0, about=("finite",)):
-        s2_leg.inverse([0.1, bad, 0.0])
-
-
 def test_other_signs_and_zeros_are_still_solved_in_closed_form(tmp_path: Path) -> None:
-    """A femur axis of the opposite direction, with its zero turned by 0.3 rad."""
     old = '<origin xyz="0.0835 0 0" rpy="0 0 0"/>\n    <axis xyz="0 1 0"/>'
     new = '<origin xyz="0.0835 0 0" rpy="0 0.3 0"/>\n    <axis xyz="0 -1 0"/>'
     leg = variant(tmp_path, old, new)
@@ -227,17 +188,13 @@ def test_other_signs_and_zeros_are_still_solved_in_closed_form(tmp_path: Path) -
         np.testing.assert_allclose(leg.inverse(leg.forward(q), near=q, limits=False), q, atol=1e-12)
 
 
-def test_leg_of_another_shape_is_solved_numerically(offset_leg: LegKinematics) -> None:
-    """Points, a path, and what it cannot reach; it has no closed form."""
+def test_leg_of_another_shape_is_solved_numerically(tmp_path: Path) -> None:
+    """A femur axis 12 mm aside and tilted; more such legs are in test_leg_search.py."""
+    old = '<origin xyz="0.0835 0 0" rpy="0 0 0"/>'
+    offset_leg = variant(tmp_path, old, '<origin xyz="0.0835 0.012 0" rpy="0.2 0 0.1"/>')
     assert offset_leg.closed_form is None
     with refused(ReachError, leg="lf", about=("inverse()",)):
         offset_leg.branches(offset_leg.foot)
-    q = np.random.default_rng(5).uniform(offset_leg.lower, offset_leg.upper, (60, 3))
-    for posture in clear_of_singularities(offset_leg, q)[:25]:
-        target = offset_leg.forward(posture)
-        found = offset_leg.inverse(target, near=posture + 0.1 * np.sign(posture[::-1]))
-        np.testing.assert_allclose(offset_leg.forward(found), target, atol=1e-9)
-        assert np.abs(found - posture).max() < 1e-7  # 1e-9 m times the condition over 0.1 m
     s = np.linspace(0.0, 2 * np.pi, 500)
     q = np.stack([0.5 * np.sin(s), 0.3 * np.cos(s), 1.5 + 0.4 * np.sin(2 * s)], axis=-1)
     again = offset_leg.inverse(offset_leg.forward(q), near=q[0])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -46,15 +45,14 @@ def variant(folder: Path, femur: str) -> Robot:
 
 @pytest.fixture(scope="module", params=["kharagpur", "athena", *REPLACED_FEMUR])
 def legs(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> LegGroup:
-    """The legs of both robots and of odd geometries."""
     if request.param not in REPLACED_FEMUR:
         return leg_group(load_robot(request.param))
     return leg_group(variant(tmp_path_factory.mktemp("legs"), REPLACED_FEMUR[request.param]))
 
 
-@pytest.fixture(scope="module", params=["kharagpur", "athena"])
-def robot(request: pytest.FixtureRequest) -> Robot:
-    return load_robot(request.param)
+@pytest.fixture(scope="module")
+def robot() -> Robot:
+    return load_robot("athena")
 
 
 def paths(legs: LegGroup, count: int = 80) -> tuple[Array, Array]:
@@ -65,7 +63,6 @@ def paths(legs: LegGroup, count: int = 80) -> tuple[Array, Array]:
 
 
 def test_stacked_legs_equal_each_leg_on_its_own(legs: LegGroup) -> None:
-    """The last bits are those of one leg, so that stacking changes no run."""
     p_BF, v_BF = paths(legs)
     q = legs.kinematics.inverse(p_BF)
     jacobian = legs.kinematics.jacobian(q)
@@ -125,7 +122,6 @@ def test_closed_form_rates_hold_on_every_branch(robot: Robot, branch: tuple[int,
 
 
 def test_branch_is_the_one_nearest_to_the_posture(robot: Robot) -> None:
-    """A robot that stands with its knees down keeps them down."""
     inf = np.full(len(robot.joint_names), np.inf)
     posture = robot.posture.copy()
     for name in LEG_ORDER:
@@ -138,13 +134,10 @@ def test_branch_is_the_one_nearest_to_the_posture(robot: Robot) -> None:
         q = legs.kinematics.inverse(paths(legs)[0])
         expected = np.stack([leg.posture for leg in legs.legs])[:, None]
         assert np.abs(q - expected).max() < 0.8
-    assert (
-        np.abs(leg_group(robot).kinematics.posture - leg_group(other).kinematics.posture).max() > 1
-    )
+    assert np.abs(robot.posture - other.posture).max() > 1
 
 
 def test_angles_go_on_from_a_reference_by_whole_turns(robot: Robot) -> None:
-    """One robot has the bits of many."""
     inf = np.full(len(robot.joint_names), np.inf)
     legs = leg_group(dataclasses.replace(robot, lower=-inf, upper=inf)).kinematics
     p_BF = paths(leg_group(robot))[0]
@@ -158,30 +151,26 @@ def test_angles_go_on_from_a_reference_by_whole_turns(robot: Robot) -> None:
     np.testing.assert_array_equal(together, alone)
 
 
-@pytest.mark.parametrize(
-    "spoil",
-    [
-        lambda legs, p: p.__setitem__((4, 30), p[4, 30] + [0.0, 0.0, -1.0]),
-        lambda legs, p: p.__setitem__((4, 30, 1), np.nan),
-        lambda legs, p: p.__setitem__((4, 30), legs.legs[4].forward([1.5, 0.0, 1.5])),
-        lambda legs, p: p.__setitem__((4, 30, slice(2)), legs.legs[4].origins[0][:2]),
-    ],
-    ids=["too far", "not finite", "beyond a joint limit", "on the yaw axis"],
-)
-def test_refused_path_has_the_error_of_its_leg(spoil: Callable[[LegGroup, Array], None]) -> None:
+@pytest.mark.parametrize("spoiled", ["too far", "not finite", "beyond a limit", "on the yaw axis"])
+def test_refused_path_has_the_error_of_its_leg(spoiled: str) -> None:
     legs = leg_group(load_robot("kharagpur"))
     p_BF = paths(legs)[0]
-    spoil(legs, p_BF)
+    p_BF[4, 30] = {
+        "too far": p_BF[4, 30] + [0.0, 0.0, -1.0], "not finite": np.nan,
+        "beyond a limit": legs.legs[4].forward([1.5, 0.0, 1.5]),
+        "on the yaw axis": [*legs.legs[4].origins[0][:2], p_BF[4, 30, 2]],
+    }[spoiled]  # fmt: skip
     with pytest.raises(ReachError) as alone:
         legs.legs[4].inverse(p_BF[4])
     with pytest.raises(ReachError) as stacked:
         legs.kinematics.inverse(p_BF)
     assert (str(stacked.value), stacked.value.leg) == (str(alone.value), "rm")
     assert stacked.value.excess == alone.value.excess
+    with refused(ReachError, leg="rm"):
+        legs.joint_angles(np.swapaxes(p_BF, 0, 1))
 
 
 def test_one_leg_without_closed_form_makes_all_go_one_by_one(tmp_path: Path) -> None:
-    """A stack of legs of both kinds."""
     odd = LegKinematics.of(variant(tmp_path, REPLACED_FEMUR["no closed form"]), "lf")
     plain = LegKinematics.of(load_robot("kharagpur"), "lm")
     mixed = LegSet.of([plain, odd])
@@ -194,9 +183,7 @@ def test_one_leg_without_closed_form_makes_all_go_one_by_one(tmp_path: Path) -> 
 
 
 def test_the_core_solves_as_the_stacked_legs_do(legs: LegGroup) -> None:
-    """Unrelated targets of 12 robots: as leg by leg, near angles a turn away."""
     p_BF, _ = paths(legs, 12)
-    feet = np.swapaxes(p_BF, 0, 1)
     rng = np.random.default_rng(3)
     turns = 2.0 * np.pi * rng.integers(-1, 2, (12, len(legs.posture)))
     for near in (np.tile(legs.posture, (12, 1)), legs.posture + turns):
@@ -205,30 +192,7 @@ def test_the_core_solves_as_the_stacked_legs_do(legs: LegGroup) -> None:
             wanted = legs.joint_rows(legs.kinematics.inverse_each(p_BF, start), near)
         except ReachError:
             with pytest.raises(ReachError):
-                legs.joint_angles(feet, near)
+                legs.joint_angles(np.swapaxes(p_BF, 0, 1), near)
             continue
-        np.testing.assert_allclose(legs.joint_angles(feet, near), wanted, rtol=0.0, atol=1e-12)
-
-
-def test_what_a_leg_cannot_reach_is_refused(robot: Robot) -> None:
-    """Out of reach, on the yaw axis, not a number, 0.05 rad beyond a limit: the leg is named."""
-    legs = leg_group(robot)
-    form = legs.kinematics.closed_form
-    assert form is not None
-    far, axis, nothing = (legs.neutral_feet[None].copy() for _ in range(3))
-    far[0, 2, :2] *= 10.0
-    axis[0, 2, :2] = form.geometry.p_BH[2, 0, :2]
-    nothing[0, 2, 0] = np.nan
-    for feet in (far, axis, nothing):
-        with refused(ReachError, leg=LEG_ORDER[2]):
-            legs.joint_angles(feet)
-    legs = leg_group(robot)
-    leg, feet = legs.legs[2], legs.neutral_feet[None].copy()
-    for beyond, works in ((-0.05, True), (0.05, False)):
-        feet[0, 2] = leg.forward(leg.upper * [1.0, 0.0, 0.5] + [beyond, 0.0, 0.0])
-        if works:
-            q = legs.joint_angles(feet)[0, legs.joint_index[2]]
-            np.testing.assert_allclose(leg.forward(q), feet[0, 2], atol=1e-12)
-            continue
-        with refused(ReachError, leg="lr", about=("lr_coxa_joint", "1.0972")):
-            legs.joint_angles(feet)
+        found = legs.joint_angles(np.swapaxes(p_BF, 0, 1), near)
+        np.testing.assert_allclose(found, wanted, rtol=0.0, atol=1e-12)
