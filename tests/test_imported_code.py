@@ -27,14 +27,9 @@ def _refused(path: Path) -> str:
 
 ENDINGS = {
     "import sys; sys.exit(0)": "SystemExit: 0",
-    "import sys; sys.exit()": "SystemExit",
-    "raise SystemExit('done')": "SystemExit: done",
-    "raise GeneratorExit": "GeneratorExit",
     "class Own(BaseException): pass\nraise Own('words')": "Own: words",
     "class Mute(Exception):\n    def __str__(self): return 1\nraise Mute": "Mute",
-    "1 / 0": "ZeroDivisionError: division by zero",
     "def (": "SyntaxError: ",
-    "x = 1\0": "null bytes",
     "x" + "+1" * 100_000: "Error: ",
 }
 
@@ -49,9 +44,8 @@ def test_a_file_that_ends_the_process_is_refused(code: str, tmp_path: Path) -> N
 
 def test_a_file_that_exits_is_status_two(run, tmp_path: Path) -> None:
     (tmp_path / "own.py").write_text("import sys; sys.exit(0)")
-    hp.Case(hp.Scene(hp.load_robot("kharagpur")), hp.HoldPosture(), duration=0.1).save(
-        tmp_path / "case.toml"
-    )
+    case = hp.Case(hp.Scene(hp.load_robot("kharagpur")), hp.HoldPosture(), duration=0.1)
+    case.save(tmp_path / "case.toml")
     found = run("run", "case.toml", "--no-html", "--import", "own.py")
     assert (found.status, found.left) == (2, ["case.toml", "own.py"])
     assert "--import" in found.err and "own.py" in found.err
@@ -71,40 +65,21 @@ def test_ctrl_c_during_an_import_stays_an_interruption(tmp_path: Path) -> None:
             import_file("--import", path)
 
 
-@pytest.mark.parametrize(
-    "name", ["pipe.py", "folder.py", "zero.py", "large.py", "own.txt", "none.py"]
-)
+@pytest.mark.parametrize("name", ["pipe.py", "large.py", "own.txt", "none.py"])
 def test_files_that_cannot_be_code_are_refused(name: str, tmp_path: Path) -> None:
-    path = tmp_path / name
     os.mkfifo(tmp_path / "pipe.py")
-    (tmp_path / "folder.py").mkdir()
-    (tmp_path / "zero.py").symlink_to("/dev/zero")
     with open(tmp_path / "large.py", "wb") as large:
         large.truncate(1 << 34)
     (tmp_path / "own.txt").write_text("")
-    _refused(path)
+    _refused(tmp_path / name)
 
 
 @pytest.mark.usefixtures("own_modules")
 def test_a_file_takes_the_name_of_no_other_module(tmp_path: Path) -> None:
-    """Neither one that is loaded already, nor one that is loaded later."""
-    for name in ("json", "stringprep", "mailcap", "numpy", "own"):
-        (tmp_path / f"{name}.py").write_text("from dataclasses import dataclass\nmine = True\n")
-        sys.modules.pop("stringprep", None)
-        import_file("--import", tmp_path / f"{name}.py")
-    import stringprep
-
-    import own
-
-    assert sys.modules["json"] is json
-    assert not hasattr(stringprep, "mine")
-    assert own.mine
-
-
-@pytest.mark.usefixtures("own_modules")
-def test_neighbours_of_a_file_are_found_last(tmp_path: Path) -> None:
-    """It imports what lies beside it, now and later; that stands in for nothing else."""
-    (tmp_path / "stringprep.py").write_text("mine = True")
+    """Neither one that is loaded already, nor one that is loaded later; its neighbours are last."""
+    (tmp_path / "others").mkdir()
+    for path in ("others/json.py", "others/numpy.py", "stringprep.py"):
+        (tmp_path / path).write_text("mine = True\n")
     (tmp_path / "neighbour.py").write_text("value = 1")
     (tmp_path / "own.py").write_text(
         "from __future__ import annotations\n"
@@ -114,22 +89,16 @@ def test_neighbours_of_a_file_are_found_last(tmp_path: Path) -> None:
         "@dataclass\n"
         "class Own:\n"
         "    value: int = value\n"
+        "def fail():\n    raise ValueError\n"
     )
     sys.modules.pop("stringprep", None)
-    import_file("--import", tmp_path / "own.py")
+    for path in ("own.py", "others/json.py", "others/numpy.py"):
+        import_file("--import", tmp_path / path)
     own = sys.modules["own"]
+    assert sys.modules["json"] is json and not hasattr(own.stringprep, "mine")
     assert own.Own().value == 1
-    assert own.__file__ == str(tmp_path / "own.py")
-    assert not hasattr(own.stringprep, "mine")
-    assert sys.path[-1] == str(tmp_path)
-
-
-@pytest.mark.usefixtures("own_modules")
-def test_a_traceback_names_the_file(tmp_path: Path) -> None:
-    path = tmp_path / "own.py"
-    path.write_text("def fail():\n    raise ValueError\n")
-    import_file("--import", path)
+    assert own.__file__ == str(tmp_path / "own.py") and str(tmp_path) in sys.path[-2:]
     with pytest.raises(ValueError) as raised:
-        sys.modules["own"].fail()
-    assert raised.traceback[-1].path == path
+        own.fail()
+    assert raised.traceback[-1].path == tmp_path / "own.py"
     assert "raise ValueError" in str(raised.traceback[-1].statement)

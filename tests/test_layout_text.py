@@ -21,43 +21,38 @@ def file() -> UrdfFile:
     return read_urdf(urdf_path("athena"))
 
 
-def layout(turn: np.ndarray = TURN) -> RobotLayout:
+def model_of(file: UrdfFile) -> pin.Model:
+    return pin.buildModelFromXML(file.text, pin.JointModelFreeFlyer())
+
+
+def layout() -> RobotLayout:
     leg = LegLayout(
         name="lf", joints=("lf_coxa_joint", "lf_femur_joint", "lf_tibia_joint"), held=(),
         tip_link="lf_tibia", foot="lf_new_foot", centre=np.array([0.1, 0.02, -0.03]), radius=0.004,
     )  # fmt: skip
     return RobotLayout(
-        turn=turn, legs=(leg,), held={"rr_coxa_joint": 0.25}, posture={"lf_femur_joint": -0.5},
+        turn=TURN, legs=(leg,), held={"rr_coxa_joint": 0.25}, posture={"lf_femur_joint": -0.5},
         inferred=("forward is 37 deg from x",),
     )  # fmt: skip
 
 
 def test_the_trunk_is_turned_by_a_new_root(file: UrdfFile) -> None:
-    """A point of the old root at `turn`'s first column lies on the new x axis."""
-    text = annotate_urdf(file, layout()).text
-    model = pin.buildModelFromXML(text, pin.JointModelFreeFlyer())
+    """Mass matrix of the joints as before; the trunk's own inertia turned with its axes."""
+    model = model_of(annotate_urdf(file, layout()))
     old = model.frames[model.getFrameId("base_link")]
     assert annotate_urdf(file, layout()).base == "trunk_axes"
+    q, before = np.concatenate([pin.neutral(model)[:7], np.linspace(-0.5, 0.5, 18)]), model_of(file)
+    first, second = (pin.crba(m, m.createData(), q) for m in (before, model))
+    np.testing.assert_allclose(first[6:, 6:], second[6:, 6:], rtol=1e-12, atol=1e-15)
+    np.testing.assert_allclose(first[3:6, 6:], TURN @ second[3:6, 6:], rtol=1e-12, atol=1e-14)
     np.testing.assert_allclose(old.placement.rotation @ TURN[:, 0], [1, 0, 0], atol=1e-15)
     np.testing.assert_allclose(old.placement.translation, 0.0, atol=0)
     assert annotate_urdf(file, RobotLayout(turn=np.eye(3), legs=())) is file
 
 
-def test_nothing_physical_changes(file: UrdfFile) -> None:
-    """Mass matrix of the joints as before; the trunk's own inertia turned with its axes."""
-    before, after = (
-        pin.buildModelFromXML(text, pin.JointModelFreeFlyer())
-        for text in (file.text, annotate_urdf(file, layout()).text)
-    )
-    q = np.concatenate([[0, 0, 0, 0, 0, 0, 1], np.linspace(-0.5, 0.5, 18)])
-    first, second = (pin.crba(m, m.createData(), q) for m in (before, after))
-    np.testing.assert_allclose(first[6:, 6:], second[6:, 6:], rtol=1e-12, atol=1e-15)
-    np.testing.assert_allclose(first[3:6, 6:], TURN @ second[3:6, 6:], rtol=1e-12, atol=1e-14)
-
-
 def test_a_foot_becomes_a_link_with_its_sphere(file: UrdfFile) -> None:
     made = annotate_urdf(file, layout())
-    model = pin.buildModelFromXML(made.text, pin.JointModelFreeFlyer())
+    model = model_of(made)
     frame = model.frames[model.getFrameId("lf_new_foot")]
     tibia = model.frames[model.getFrameId("lf_tibia")]
     place = tibia.placement.actInv(frame.placement).translation
@@ -75,13 +70,11 @@ def test_the_statement_replaces_that_of_the_file(file: UrdfFile) -> None:
     assert written.line == read_provenance(file).line
     element = made.root.find("hexapod_pin")
     assert element is not None
-    assert [dict(leg.attrib) for leg in element.findall("leg")] == [
-        {"name": "lf", "joints": "lf_coxa_joint lf_femur_joint lf_tibia_joint",
-         "foot": "lf_new_foot"}
-    ]  # fmt: skip
-    assert [dict(held.attrib) for held in element.findall("held")] == [
-        {"joint": "rr_coxa_joint", "position": "0.25"}
-    ]
+    (leg,) = element.findall("leg")
+    joints = "lf_coxa_joint lf_femur_joint lf_tibia_joint"
+    assert dict(leg.attrib) == {"name": "lf", "joints": joints, "foot": "lf_new_foot"}
+    (held,) = element.findall("held")
+    assert dict(held.attrib) == {"joint": "rr_coxa_joint", "position": "0.25"}
 
 
 @pytest.mark.parametrize("angles", [(0.3, -1.1, 2.0), (0, np.pi / 2, 0.4), (-1, -np.pi / 2, 3)])

@@ -113,7 +113,7 @@ def test_branches_are_different_and_ordered(s2_leg: LegKinematics) -> None:
 
 
 def test_inverse_of_a_path_is_the_path(s2_leg: LegKinematics) -> None:
-    """On one branch, and continuous when the yaw passes pi; the posture is the default reference."""
+    """On one branch, also where the yaw passes pi; the posture is the default reference."""
     s = np.linspace(0.0, 1.0, 400)
     q = np.stack([2.0 + 3.0 * s, -0.4 + 0.5 * np.sin(5 * s), 1.2 + 0.5 * np.cos(4 * s)], axis=-1)
     again = s2_leg.inverse(s2_leg.forward(q), near=q[0], limits=False)

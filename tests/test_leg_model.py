@@ -33,30 +33,14 @@ def random_states(name: str, count: int = 20):
 
 
 @every_robot
-def test_feet_and_jacobians_are_those_of_the_whole_tree(name):
-    """Against Pinocchio's frames with the base at the origin, and against LegKinematics."""
-    model, six = robot(name).model, leg_group(robot(name))
-    data = model.createData()
+def test_feet_and_jacobians_are_those_of_the_leg(name):
+    """Of LegKinematics, which test_leg.py holds against Pinocchio."""
+    six = leg_group(robot(name))
     for q, _, _ in random_states(name):
-        q[:7] = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
-        pin.computeJointJacobians(model, data, q)
         for leg, index, chain in zip(six.legs, six.joint_index, chains_of(name), strict=True):
-            angles = q[7:][index]
-            foot, jacobian = chain.foot_and_jacobian(angles)
-            assert foot == pytest.approx(leg.forward(angles), abs=1e-12)
-            assert np.allclose(jacobian, leg.jacobian(angles), atol=1e-12)
-            last = model.getJointId(leg.joints[-1])
-            columns = data.J[:, 6 + index]  # spatial, at the world's origin
-            assert np.allclose(jacobian, columns[:3] + np.cross(columns[3:].T, foot).T, atol=1e-12)
-            arm = data.oMi[last].actInv(foot)  # of the foot in its link: fixed
-            assert arm == pytest.approx(neutral_arm(name, last, leg.foot), abs=1e-12)
-
-
-def neutral_arm(name: str, joint: int, foot: np.ndarray) -> np.ndarray:
-    model = robot(name).model
-    data = model.createData()
-    pin.forwardKinematics(model, data, pin.neutral(model))
-    return data.oMi[joint].actInv(np.asarray(foot))
+            foot, jacobian = chain.foot_and_jacobian(q[7:][index])
+            assert foot == pytest.approx(leg.forward(q[7:][index]), abs=1e-12)
+            assert np.allclose(jacobian, leg.jacobian(q[7:][index]), atol=1e-12)
 
 
 @cache
@@ -113,32 +97,18 @@ def walked(name: str, source: str, motor: hp.Motor | None = None) -> tuple[Recor
 
 
 def sole_jacobian(name: str, leg: int, q: np.ndarray) -> np.ndarray:
-    """Return the Jacobian of a foot's lowest point over level ground, trunk axes.
-
-    Of the centre, and of the arm to the sole, from the model's own axes at q = 0.
-    """
-    six, turn = leg_group(robot(name)), np.eye(3)
-    arm, out = np.array([0.0, 0.0, -six.radius[leg]]), six.legs[leg].jacobian(q)
-    for k, (angle, joint) in enumerate(zip(q, six.legs[leg].joints, strict=True)):
-        axis = turn @ neutral_axes(name)[:, column(name, joint)]
-        out[:, k] += np.cross(axis, arm)
-        turn = pin.exp3(angle * axis) @ turn
-    return out
+    """Return the Jacobian of a foot's lowest point over level ground by Pinocchio, trunk axes."""
+    six, model = leg_group(robot(name)), robot(name).model
+    whole = pin.neutral(model)
+    whole[7:][six.joint_index[leg]] = q
+    spatial = pin.computeJointJacobians(model, model.createData(), whole)[
+        :, 6 + six.joint_index[leg]
+    ]
+    sole = six.legs[leg].forward(q) - [0.0, 0.0, six.radius[leg]]
+    return spatial[:3] + np.cross(spatial[3:].T, sole).T
 
 
-@cache
-def neutral_axes(name: str) -> np.ndarray:
-    model = robot(name).model
-    return pin.computeJointJacobians(model, model.createData(), pin.neutral(model))[3:]
-
-
-def column(name: str, joint: str) -> int:
-    model = robot(name).model
-    return model.idx_vs[model.getJointId(joint)]
-
-
-@every_robot
-@pytest.mark.parametrize("source", ["torque", "current"])
+@pytest.mark.parametrize(("name", "source"), [("kharagpur", "current"), ("athena", "torque")])
 def test_forces_estimated_in_a_walk_are_the_true_ones(name, source):
     """Off by joint accelerations, those of half a tick before, which jump at touch-downs."""
     run, true = walked(name, source)
