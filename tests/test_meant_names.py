@@ -21,43 +21,28 @@ ROBOT = hp.load_robot("kharagpur")
 GAIT = hp.Gait.tripod()
 
 
-@pytest.mark.parametrize(
-    ("call", "text"),
-    [
+def test_an_argument_that_does_not_exist() -> None:
+    scene, control = hp.Scene(ROBOT), hp.KinematicControl(GAIT)
+    for call, text in (
         (
             lambda: hp.Scene(ROBOT, mu=0.5),
             "contact=hp.Contact.accurate().with_mu(0.5) was probably",
         ),
-        (lambda: hp.Scene(ROBOT, ground=hp.Flat()), "'terrain' was probably meant"),
-        (lambda: hp.Scene(ROBOT, payload=1.0), "loads=[hp.Payload('base_link', mass)]"),
         (lambda: hp.Scene(ROBOT, gravty=(0, 0, 0)), "'gravity' was probably meant"),
-        (
-            lambda: hp.simulate(hp.Scene(ROBOT), hp.KinematicControl(GAIT), duration=1.0, dt=1e-3),
-            "'step' was probably meant",
-        ),
-        (lambda: hp.simulate(hp.Scene(ROBOT), hp.KinematicControl(GAIT)), "missing a required"),
-        (
-            lambda: hp.simulate(hp.Scene(ROBOT), hp.KinematicControl(GAIT), 1.0),
-            "too many positional",
-        ),
-        (
-            lambda: hp.simulate(hp.Scene(ROBOT), duration=1.0, zzz=1),
-            "no argument 'zzz'. It takes scene",
-        ),
-    ],
-)
-def test_an_argument_that_does_not_exist(call: Callable[[], Any], text: str) -> None:
-    with pytest.raises(ArgumentError) as caught:
-        call()
-    assert text in str(caught.value)
-    assert isinstance(caught.value, TypeError)
+        (lambda: hp.simulate(scene, control, duration=1.0, dt=1e-3), "'step' was probably meant"),
+        (lambda: hp.simulate(scene, control), "missing a required"),
+        (lambda: hp.simulate(scene, control, 1.0), "too many positional"),
+        (lambda: hp.simulate(scene, duration=1.0, zzz=1), "no argument 'zzz'. It takes scene"),
+    ):
+        with pytest.raises(ArgumentError, match=re.escape(text)) as caught:
+            call()
+        assert isinstance(caught.value, TypeError)
 
 
 @pytest.mark.parametrize(
     ("call", "name", "text"),
     [
         (lambda: hp.Gait.tripod(stride=0.05), "Gait.stride", "'stroke' was probably meant"),
-        (lambda: hp.Gait.tripod(strok=0.05), "Gait.strok", "'stroke' was probably meant"),
         (lambda: hp.Scene(ROBOT, contact="s1"), "Scene.contact", "Contact.preset('s1') makes one"),
         (lambda: hp.KinematicControl("tripod"), "KinematicControl.gait", "Gait.tripod() makes one"),
         (lambda: hp.Scene("athena"), "Scene.robot", "hp.load_robot('athena') makes one"),
@@ -83,38 +68,25 @@ class OwnFriction(hp.contact.FrictionLaw):
         return hp.Contact.accurate().friction.native()
 
 
-@pytest.mark.parametrize(
-    ("name", "law"),
-    [
-        ("friction", OwnFriction()),
-        ("friction", lambda speed: 0.7),
-        ("normal", lambda depth, rate: 0.0),
-        ("normal", OwnFriction()),
-    ],
-)
-def test_a_law_of_ones_own_is_told_where_it_belongs(name: str, law: Any) -> None:
+def test_a_law_of_ones_own_is_told_where_it_belongs() -> None:
     contact = hp.Contact.accurate()
-    with pytest.raises(ParameterError, match=re.escape("docs/extending.md")) as caught:
-        hp.Contact(**{**dict(contact), name: law})
-    assert caught.value.name == f"Contact.{name}"
-    for other in (0.7, hp.contact.SmoothStep, contact):
-        with pytest.raises(ParameterError) as caught:
-            hp.Contact(**{**dict(contact), name: other})
-        assert "extending" not in str(caught.value)
+    for name, law in (("friction", OwnFriction()), ("normal", lambda depth, rate: 0.0)):
+        with pytest.raises(ParameterError, match=re.escape("docs/extending.md")) as caught:
+            hp.Contact(**{**dict(contact), name: law})
+        assert caught.value.name == f"Contact.{name}"
+        for other in (0.7, hp.contact.SmoothStep, contact):
+            with pytest.raises(ParameterError) as caught:
+                hp.Contact(**{**dict(contact), name: other})
+            assert "extending" not in str(caught.value)
 
 
-@pytest.mark.parametrize(
-    "text", sorted({text for text in ELSEWHERE.values() if re.match(r"\w+=(?!.*\.\.\.)", text)})
-)
-def test_what_stands_elsewhere_can_be_written(text: str) -> None:
-    names = {"hp": hp, "mass": 1.0, "robot": ROBOT, "gait": GAIT}
-    fields = eval(f"dict({text})", names)
-    scene = {name: value for name, value in fields.items() if name != "controller"}
-    assert hp.Scene(ROBOT, **scene).robot is ROBOT
-
-
-def test_the_words_that_stand_for_objects_are_those_that_make_one() -> None:
+def test_what_stands_elsewhere_and_what_makes_an_object_can_be_written() -> None:
     """`meant` imports nothing, so that its lists are written out."""
+    names = {"hp": hp, "mass": 1.0, "robot": ROBOT, "gait": GAIT}
+    for text in {text for text in ELSEWHERE.values() if re.match(r"\w+=(?!.*\.\.\.)", text)}:
+        fields = eval(f"dict({text})", names)
+        scene = {name: value for name, value in fields.items() if name != "controller"}
+        assert hp.Scene(ROBOT, **scene).robot is ROBOT
     assert MADE_BY["gait"][1] == tuple(GAITS)
     assert MADE_BY["contact"][1] == tuple(PRESETS)
     for name in GAITS:
@@ -123,15 +95,13 @@ def test_the_words_that_stand_for_objects_are_those_that_make_one() -> None:
 
 def test_set_points_in_degrees_are_told_from_wrong_ones() -> None:
     """A tibia at 90: from 0 to 2.79 rad are allowed. 3 rad is no 3 degrees, 200 no 200 degrees."""
-    robot = hp.load_robot("kharagpur")
-    scene, tibia = hp.Scene(robot), robot.joint_index("lf_tibia_joint")
+    tibia = ROBOT.joint_index("lf_tibia_joint")
 
     class Constant:
         period = 0.02
 
-        def __init__(self, angle: float) -> None:
-            self.q = robot.posture.copy()
-            self.q[tibia] = angle
+        def __init__(self, q: np.ndarray) -> None:
+            self.q = q
 
         def start(self, scene: hp.Scene, batch: int) -> None:
             """Have no state."""
@@ -140,31 +110,26 @@ def test_set_points_in_degrees_are_told_from_wrong_ones() -> None:
             return Command(np.tile(self.q, (len(measurement.q), 1))), None
 
     for angle, meant in ((90.0, True), (3.0, False), (200.0, False)):
-        q = Constant(angle).q
-        for control in (
-            Constant(angle), hp.HoldPosture(q), hp.motion.SampledTrajectory([0.0, 1.0], [q, q]),
-        ):  # fmt: skip
+        q = np.where(np.arange(18) == tibia, angle, ROBOT.posture)
+        track = hp.motion.SampledTrajectory([0.0, 1.0], [q, q])
+        for control in (Constant(q), hp.HoldPosture(q), track):
             with pytest.raises(ParameterError, match="lf_tibia_joint") as caught:
-                hp.simulate(scene, control, duration=0.1)
+                hp.simulate(hp.Scene(ROBOT), control, duration=0.1)
             assert ("Degrees? 90 degrees are 1.571 rad." in str(caught.value)) == meant
 
 
-@pytest.mark.parametrize("name", ["heading", "turn_rate"])
-def test_degrees_are_no_radians(name: str) -> None:
+def test_degrees_are_no_radians() -> None:
     """A heading of 90 was taken for radians: the robot walked at 116.6 degrees."""
-    with pytest.raises(ParameterError, match="90 degrees are 1.571 rad"):
-        hp.Gait.tripod(**{name: 90})
-    with pytest.raises(ParameterError, match="45 degrees are 0.7854 rad"):
-        hp.Slope(angle=0.1, heading=45)
-    assert getattr(hp.Gait.tripod(**{name: -6.28}), name) == -6.28
+    for name in ("heading", "turn_rate"):
+        with pytest.raises(ParameterError, match="90 degrees are 1.571 rad"):
+            hp.Gait.tripod(**{name: 90})
+        assert getattr(hp.Gait.tripod(**{name: -6.28}), name) == -6.28
 
 
 @pytest.mark.parametrize(
     ("call", "name", "text"),
     [
         (lambda: hp.Gait.tripod(stroke=150), "Gait.stroke", "mm? 150 mm are 0.15 m"),
-        (lambda: hp.Gait.tripod(lift=20), "Gait.lift", "mm? 20 mm are 0.02 m"),
-        (lambda: hp.Stairs(rise=30, run=0.3, count=2), "Stairs.rise", "mm? 30 mm are 0.03 m"),
         (lambda: hp.Payload("base_link", 3500), "Payload.mass", "grams? 3500 g are 3.5 kg"),
         (
             lambda: hp.Scene(ROBOT, loads=[hp.Payload("base_link", 350)]),
@@ -176,17 +141,8 @@ def test_degrees_are_no_radians(name: str) -> None:
             "Scene.servo.motor[lf_coxa_joint].stall_torque", "Perhaps it is 1500 N mm.",
         ),
         (
-            lambda: hp.Scene(ROBOT, servo=hp.Servo(
-                kp=20, kd=0.3, motor=hp.Motor(stall_torque=35, no_load_speed=6.0))),
-            "Scene.servo.motor[lf_coxa_joint].stall_torque", "Perhaps it is 35 kgf cm.",
-        ),
-        (
             lambda: hp.Motor(stall_torque=10, no_load_speed=6.0, mass=0.02),
             "stall_torque", "Perhaps it is 10 kgf cm: that would be 49 N m/kg.",
-        ),
-        (
-            lambda: hp.Motor(stall_torque=1.5, no_load_speed=6.0, mass=55),
-            "stall_torque", "Perhaps it is a mass of 55 g: that would be 27.3 N m/kg.",
         ),
         (
             lambda: hp.Motor(stall_torque=1.5, no_load_speed=590, mass=0.055),
@@ -210,9 +166,8 @@ def test_numbers_in_other_units(call: Callable[[], Any], name: str, text: str) -
     assert caught.value.name.endswith(name)
 
 
-def test_the_largest_and_smallest_robots_are_within_the_units() -> None:
+def test_the_largest_robots_are_within_the_units() -> None:
     hp.Gait.tripod(stroke=3.0, lift=1.0, cycle_time=20.0)
     hp.Payload("base_link", 1000.0)
-    hp.Scene(
-        ROBOT, servo=hp.Servo(kp=20, kd=0.3, motor=hp.Motor(stall_torque=1e6, no_load_speed=1e6))
-    )
+    motor = hp.Motor(stall_torque=1e6, no_load_speed=1e6)
+    hp.Scene(ROBOT, servo=hp.Servo(kp=20, kd=0.3, motor=motor))
