@@ -6,13 +6,13 @@ import dataclasses
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from refusals import refused
 
 from hexapod_pin.arrays import Array
-from hexapod_pin.control.gait import LEG_ORDER
 from hexapod_pin.control.leg_group import LegGroup, leg_group
-from hexapod_pin.errors import ReachError
+from hexapod_pin.errors import ReachError, UnknownNameError
 from hexapod_pin.robot.leg_geometry import (
     BRANCHES,
     YawPitchPitch,
@@ -22,7 +22,6 @@ from hexapod_pin.robot.leg_geometry import (
     normalised_determinant,
 )
 from hexapod_pin.robot.leg_kinematics import LegKinematics
-from hexapod_pin.robot.leg_set import LegSet
 from hexapod_pin.robot.robot import Robot, load_robot
 from hexapod_pin.robot.robot_source import urdf_path
 
@@ -121,36 +120,6 @@ def test_closed_form_rates_hold_on_every_branch(robot: Robot, branch: tuple[int,
     np.testing.assert_allclose(closed_form_determinant(geometry, q)[0], exact, atol=1e-12)
 
 
-def test_branch_is_the_one_nearest_to_the_posture(robot: Robot) -> None:
-    inf = np.full(len(robot.joint_names), np.inf)
-    posture = robot.posture.copy()
-    for name in LEG_ORDER:
-        leg = LegKinematics.of(robot, name)
-        found = leg.branches(leg.forward(leg.posture))
-        posture[[robot.joint_index(joint) for joint in leg.joints]] = found[1]
-    other = dataclasses.replace(robot, posture=posture, lower=-inf, upper=inf)
-    for standing in (robot, other):
-        legs = leg_group(standing)
-        q = legs.kinematics.inverse(paths(legs)[0])
-        expected = np.stack([leg.posture for leg in legs.legs])[:, None]
-        assert np.abs(q - expected).max() < 0.8
-    assert np.abs(robot.posture - other.posture).max() > 1
-
-
-def test_angles_go_on_from_a_reference_by_whole_turns(robot: Robot) -> None:
-    inf = np.full(len(robot.joint_names), np.inf)
-    legs = leg_group(dataclasses.replace(robot, lower=-inf, upper=inf)).kinematics
-    p_BF = paths(leg_group(robot))[0]
-    turned = legs.inverse(p_BF, near=legs.posture + [2.0 * np.pi, 0.0, -2.0 * np.pi])
-    expected = legs.inverse(p_BF) + [2.0 * np.pi, 0.0, -2.0 * np.pi]
-    np.testing.assert_allclose(turned, expected, atol=1e-14)
-    legs = leg_group(robot)
-    feet = np.swapaxes(paths(legs, 64)[0], 0, 1)
-    together = legs.joint_angles(feet)
-    alone = np.concatenate([legs.joint_angles(row[None]) for row in feet])
-    np.testing.assert_array_equal(together, alone)
-
-
 @pytest.mark.parametrize("spoiled", ["too far", "not finite", "beyond a limit", "on the yaw axis"])
 def test_refused_path_has_the_error_of_its_leg(spoiled: str) -> None:
     legs = leg_group(load_robot("kharagpur"))
@@ -170,18 +139,6 @@ def test_refused_path_has_the_error_of_its_leg(spoiled: str) -> None:
         legs.joint_angles(np.swapaxes(p_BF, 0, 1))
 
 
-def test_one_leg_without_closed_form_makes_all_go_one_by_one(tmp_path: Path) -> None:
-    odd = LegKinematics.of(variant(tmp_path, REPLACED_FEMUR["no closed form"]), "lf")
-    plain = LegKinematics.of(load_robot("kharagpur"), "lm")
-    mixed = LegSet.of([plain, odd])
-    assert mixed.closed_form is None
-    p_BF = np.stack([leg.forward(leg.posture) for leg in (plain, odd)])[:, None]
-    p_BF = p_BF + 0.01 * np.sin(np.arange(20))[:, None]
-    q = mixed.inverse(p_BF)
-    for leg, own, target in zip((plain, odd), q, p_BF, strict=True):
-        np.testing.assert_allclose(leg.forward(own), target, atol=1e-9)
-
-
 def test_the_core_solves_as_the_stacked_legs_do(legs: LegGroup) -> None:
     p_BF, _ = paths(legs, 12)
     rng = np.random.default_rng(3)
@@ -196,3 +153,175 @@ def test_the_core_solves_as_the_stacked_legs_do(legs: LegGroup) -> None:
             continue
         found = legs.joint_angles(np.swapaxes(p_BF, 0, 1), near)
         np.testing.assert_allclose(found, wanted, rtol=0.0, atol=1e-12)
+
+
+L1, L2, L3 = 0.0835, 0.11934, 0.09879  # S2 Table 1 [m]
+
+
+@pytest.fixture(scope="module", params=["kharagpur", "athena"])
+def built_in(request: pytest.FixtureRequest) -> Robot:
+    return load_robot(request.param)
+
+
+@pytest.fixture(scope="module")
+def kharagpur() -> Robot:
+    return load_robot("kharagpur")
+
+
+@pytest.fixture(scope="module")
+def s2_leg(kharagpur: Robot) -> LegKinematics:
+    return LegKinematics.of(kharagpur, "lm")
+
+
+def one_leg(folder: Path, old: str, new: str) -> LegKinematics:
+    """Return leg lf of S2's built_in after one replacement in its URDF."""
+    text = urdf_path("kharagpur").read_text()
+    assert old in text
+    path = folder / "variant.urdf"
+    path.write_text(text.replace(old, new, 1))
+    return LegKinematics.of(load_robot(path), "lf")
+
+
+def random_angles(count: int, seed: int = 1) -> Array:
+    return np.random.default_rng(seed).uniform(-np.pi, np.pi, (count, 3))
+
+
+def clear_of_singularities(leg: LegKinematics, q: Array) -> Array:
+    kept: Array = q[np.linalg.cond(leg.jacobian(q)) < 50]
+    return kept
+
+
+def turns_apart(a: Array, b: Array) -> Array:
+    apart: Array = np.mod(a - b + np.pi, 2 * np.pi) - np.pi
+    return apart
+
+
+def pinocchio_foot(built_in: Robot, name: str, q_leg: Array) -> tuple[Array, Array]:
+    """Return the foot frame's position and its Jacobian with respect to the leg's joints."""
+    model, data = built_in.model, built_in.model.createData()
+    q = pin.neutral(model)
+    rows = [built_in.joint_index(joint) for joint in built_in.leg(name).joints]
+    q[7 + np.array(rows)] = q_leg
+    frame = model.getFrameId(built_in.leg(name).foot)
+    full = pin.computeFrameJacobian(model, data, q, frame, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
+    pin.framesForwardKinematics(model, data, q)
+    return data.oMf[frame].translation.copy(), full[:3, 6 + np.array(rows)]
+
+
+@pytest.mark.parametrize("name", ["lf", "rm"])
+def test_forward_and_jacobian_equal_pinocchio(built_in: Robot, name: str) -> None:
+    """Every branch reaches the target, and one is the posture."""
+    leg = LegKinematics.of(built_in, name)
+    for q in random_angles(30):
+        position, jacobian = pinocchio_foot(built_in, name, q)
+        np.testing.assert_allclose(leg.forward(q), position, atol=1e-15)
+        np.testing.assert_allclose(leg.jacobian(q), jacobian, atol=1e-15)
+    seen = set()
+    for q in clear_of_singularities(leg, random_angles(300, seed=2)):
+        target = leg.forward(q)
+        found = leg.branches(target)
+        seen.add(len(found))
+        np.testing.assert_allclose(leg.forward(found), np.tile(target, (len(found), 1)), atol=1e-14)
+        # Rounding of 1e-16 m times the condition allowed above, over 0.1 m.
+        assert np.abs(turns_apart(found, q)).max(axis=1).min() < 1e-12
+    assert seen == {2, 4}
+
+
+@pytest.mark.parametrize(("name", "side"), [("lf", 1.0), ("rf", -1.0)])
+def test_forward_is_the_textbook_formula(kharagpur: Robot, name: str, side: float) -> None:
+    """Physics section 7, hip frame x outward; its z axis turned by +-90 degrees to the side."""
+    q = random_angles(100)
+    c1, s1 = np.cos(q[:, 0]), np.sin(q[:, 0])
+    radius = L1 + L2 * np.cos(q[:, 1]) + L3 * np.cos(q[:, 1] + q[:, 2])
+    drop = L2 * np.sin(q[:, 1]) + L3 * np.sin(q[:, 1] + q[:, 2])
+    hip = np.array([0.2, side * 0.1025, 0.0])
+    expected = hip + np.stack([-side * radius * s1, side * radius * c1, -drop], axis=-1)
+    leg = LegKinematics.of(kharagpur, name)
+    np.testing.assert_allclose(leg.forward(q), expected, atol=1e-15)
+
+
+def test_branches_are_different_and_ordered(s2_leg: LegKinematics) -> None:
+    target = s2_leg.forward([0.3, 1.2, 1.8])
+    found = s2_leg.branches(target)
+    assert found.shape == (4, 3)
+    assert list(np.sign(found[:, 2])) == [1, -1, 1, -1]
+    assert np.abs(turns_apart(found[2:, 0], found[:2, 0] + np.pi)).max() < 1e-12
+    target = s2_leg.forward([0.1, -0.2, 1.4])
+    for branch in s2_leg.branches(target):
+        near = branch + [0.1, -0.1, 0.1]
+        np.testing.assert_allclose(s2_leg.inverse(target, near=near, limits=False), branch)
+
+
+def test_inverse_of_a_path_is_the_path(s2_leg: LegKinematics) -> None:
+    """On one branch, also where the yaw passes pi; the posture is the default reference."""
+    s = np.linspace(0.0, 1.0, 400)
+    q = np.stack([2.0 + 3.0 * s, -0.4 + 0.5 * np.sin(5 * s), 1.2 + 0.5 * np.cos(4 * s)], axis=-1)
+    again = s2_leg.inverse(s2_leg.forward(q), near=q[0], limits=False)
+    np.testing.assert_allclose(again, q, atol=1e-13)
+    posture = s2_leg.posture
+    np.testing.assert_allclose(s2_leg.inverse(s2_leg.forward(posture)), posture, atol=1e-13)
+
+
+def test_a_straight_knee(s2_leg: LegKinematics) -> None:
+    """Reached without NaN; HC38b: its singular values (its tibia zero is 90 degrees off)."""
+    straight = np.array([0.2, -0.3, 0.0])
+    found = s2_leg.branches(s2_leg.forward(straight))
+    # An ulp of the target turns a straight knee by sqrt(2 ulp (L2 + L3) / (L2 L3)) < 1e-7.
+    np.testing.assert_allclose(found[:2], np.tile(straight, (2, 1)), atol=1e-7)
+    values = np.linalg.svd(s2_leg.jacobian([0.0, -0.3, 0.0]), compute_uv=False)
+    np.testing.assert_allclose(values[:2], [0.2918875483729684, 0.23945805687009145], rtol=1e-12)
+    assert values[2] < 1e-15
+
+
+def test_excess_of_targets_out_of_reach(s2_leg: LegKinematics) -> None:
+    """On the femur axis itself: L2 - L3 short of the reach; folded, 2 L1 from it, it reaches."""
+    for beyond in (1e-9, 0.2):
+        target = np.array([0.0, 0.1025 + L1 + L2 + L3 + beyond, 0.0])
+        with refused(ReachError, leg="lm", about=("0.0206", "0.2181", "lm_femur_joint")) as no:
+            s2_leg.inverse(target)
+        assert no.value.excess == pytest.approx(beyond, abs=1e-15)
+        assert s2_leg.excess(target) == pytest.approx(beyond, abs=1e-15)
+        with pytest.raises(ReachError):
+            s2_leg.branches(target)
+    target = np.array([[0.0, 0.1025 + L1, 0.0]])
+    with pytest.raises(ReachError) as caught:
+        s2_leg.inverse(np.vstack([s2_leg.forward(s2_leg.posture), target]), limits=False)
+    assert caught.value.excess == pytest.approx(L2 - L3, abs=1e-15)
+    inside = s2_leg.excess(s2_leg.forward(random_angles(20).reshape(4, 5, 3)))
+    assert inside.shape == (4, 5) and np.abs(inside).max() == 0.0
+
+
+def test_what_has_no_solution_is_refused(s2_leg: LegKinematics, kharagpur: Robot) -> None:
+    target = np.array([0.0, 0.1025, -0.1])
+    with refused(ReachError, leg="lm", about=("lm_coxa_joint",)):
+        s2_leg.inverse(target, limits=False)
+    beside = s2_leg.inverse(target + [0.0, 1e-6, 0.0], limits=False)
+    np.testing.assert_allclose(s2_leg.forward(beside), target + [0.0, 1e-6, 0.0], atol=1e-15)
+    target = s2_leg.forward([1.3, 0.0, 1.5])
+    with refused(ReachError, leg="lm", about=("lm_coxa_joint", "1.3000", "1.0472")):
+        s2_leg.inverse(target)
+    free = s2_leg.inverse(target, limits=False)
+    np.testing.assert_allclose(free, [1.3, 0.0, 1.5], atol=1e-14)
+    with refused(ReachError, leg="lm", excess=0.0, about=("finite",)):
+        s2_leg.inverse([0.1, np.nan, 0.0])
+    with refused(UnknownNameError, kind="leg", name="left"):
+        LegKinematics.of(kharagpur, "left")
+
+
+def test_leg_of_another_shape_is_solved_numerically(tmp_path: Path) -> None:
+    """A femur axis 12 mm aside and tilted; more such legs are in test_leg_search.py."""
+    old = '<origin xyz="0.0835 0 0" rpy="0 0 0"/>'
+    offset_leg = one_leg(tmp_path, old, '<origin xyz="0.0835 0.012 0" rpy="0.2 0 0.1"/>')
+    assert offset_leg.closed_form is None
+    with refused(ReachError, leg="lf", about=("inverse()",)):
+        offset_leg.branches(offset_leg.foot)
+    s = np.linspace(0.0, 2 * np.pi, 500)
+    q = np.stack([0.5 * np.sin(s), 0.3 * np.cos(s), 1.5 + 0.4 * np.sin(2 * s)], axis=-1)
+    again = offset_leg.inverse(offset_leg.forward(q), near=q[0])
+    np.testing.assert_allclose(again, q, atol=1e-9)
+    far = offset_leg.forward([0.0, 0.0, 0.0]) + np.array([0.0, 0.05, 0.0])
+    with refused(ReachError, leg="lf") as caught:
+        offset_leg.inverse(far, limits=False)
+    assert 0.03 < caught.value.excess < 0.06
+    assert offset_leg.excess(far) == pytest.approx(caught.value.excess, rel=1e-6)
+    assert offset_leg.excess(offset_leg.forward([0.2, 0.1, 1.2])) == 0.0

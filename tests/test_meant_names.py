@@ -164,10 +164,3 @@ def test_numbers_in_other_units(call: Callable[[], Any], name: str, text: str) -
     with pytest.raises(ParameterError, match=re.escape(text)) as caught:
         call()
     assert caught.value.name.endswith(name)
-
-
-def test_the_largest_robots_are_within_the_units() -> None:
-    hp.Gait.tripod(stroke=3.0, lift=1.0, cycle_time=20.0)
-    hp.Payload("base_link", 1000.0)
-    motor = hp.Motor(stall_torque=1e6, no_load_speed=1e6)
-    hp.Scene(ROBOT, servo=hp.Servo(kp=20, kd=0.3, motor=motor))

@@ -16,14 +16,12 @@ from refusals import refused
 from rewriting.steps import about_z, found
 from synthetic import synthetic_trace
 
-from hexapod_pin.arrays import Array
 from hexapod_pin.commands.terminal import DOES_NOT_WALK
 from hexapod_pin.errors import UrdfError
 from hexapod_pin.results.walk_answer import walk_answer
 from hexapod_pin.robot.description.leg_names import leg_names
 from hexapod_pin.robot.reading.resources import ResourceFinder
 from hexapod_pin.robot.recognition.chains import Axis, axis_distance
-from hexapod_pin.robot.recognition.directions import middle_lines
 from hexapod_pin.robot.robot import load_robot
 from hexapod_pin.robot.robot_source import urdf_path
 
@@ -211,28 +209,6 @@ def test_hints_name_legs_direction_and_places() -> None:
     about = ("legs=[...]", "leg two", "no_such_joint", "'base_link'")
     with refused(UrdfError, source="rewritten.urdf", about=about):
         found(legged(6), legs={**given, "two": ["no_such_joint"]})
-
-
-def test_middle_lines_of_hips_are_least_squares() -> None:
-    rng = np.random.default_rng(1)
-    hips = np.array([[0.2, 0.1], [0.0, 0.1], [-0.2, 0.1], [0.2, -0.1], [0.0, -0.1], [-0.2, -0.1]])
-    turn = about_z(33.0)[:2, :2]
-    best = middle_lines(hips @ turn.T)[0]
-    assert best.angle == pytest.approx(math.radians(33.0), abs=1e-14)
-    assert best.miss == pytest.approx(0.0, abs=1e-14)
-    noisy = hips + rng.normal(scale=1e-3, size=hips.shape)
-    noisy -= noisy.mean(axis=0)
-    best = middle_lines(noisy)[0]
-    angles = np.linspace(-0.05, 0.05, 20001)
-    off = best.angle if best.angle < 1.5 else best.angle - math.pi
-    assert off == pytest.approx(angles[np.argmin([_miss(noisy, a) for a in angles])], abs=1e-5)
-
-
-def _miss(hips: Array, angle: float) -> float:
-    """Return the sum of squares by which mirrored hips miss their partners."""
-    c, s = math.cos(2 * angle), math.sin(2 * angle)
-    mirrored = hips @ np.array([[c, s], [s, -c]]).T
-    return float(((mirrored - np.roll(hips, 3, axis=0)) ** 2).sum())
 
 
 def test_axes_parallel_to_the_rounding_of_a_file_are_as_far_apart_as_parallel_ones() -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from broken_urdfs import SOUND, NoMeshes, add, broken, every, part, put, remove
+from broken_urdfs import SOUND, NoMeshes, add, broken, every, put, remove
 from conftest import Run
 from test_findings import ALONE, TOGETHER
 
@@ -20,13 +20,19 @@ from hexapod_pin.robot.repair.finding import finding_lines
 from hexapod_pin.robot.repair.rules import DENSITY
 
 RECOMMENDED = "`hexapod-pin repair` repairs it"
+SLIDING = '<joint name="top" type="planar"><parent link="odom"/><child link="lr_foot"/></joint>'
 OWN = {
+    "all slide": lambda root: [x.set("type", "prismatic") for x in root.iter("joint")
+                               if x.get("type") == "revolute"],
+    "a sliding foot": lambda root: [step(root) for step in (  # a second root, then a lost joint
+        remove("link lr_tibia"), add("", '<link name="odom"/>'), add("", SLIDING))],
     "far centre": put("link base_link/inertial/origin", xyz="2 0 0"),
     "no masses": lambda root: [link.clear() for link in root.iter("inertial")],
     "no trunk's parent": add("", '<joint name="top" type="fixed"><parent link="lf_coxa"/>'
                              '<child link="base_link"/></joint>'),
 }  # fmt: skip
 COMBINED = (
+    ("all slide",), ("a sliding foot",),
     ("far centre",), ("no masses", "zero effort"), ("no trunk's parent",),
     ("mass below 0", "zero velocity"), ("loop",), ("13.8 kg on two", "no velocity"), ("long axis",),
     ("planar", "floating", "mimic"), ("no such link", "two roots", "reserved"), ("mesh", "dummies"),
@@ -59,16 +65,6 @@ def test_commands_agree(run: Run, tmp_path: Path, names: tuple[str, ...]) -> Non
     repaired = repair_urdf(parse_urdf(text.encode(), "x"), NoMeshes())
     assert [str(x) for x in find_all(repaired.file, NoMeshes()) if x.repairable] == []
     assert repair_urdf(repaired.file, NoMeshes()).changes == ()
-
-
-def test_sliding_joints(run: Run, tmp_path: Path) -> None:
-    """`sed s/revolute/prismatic/`: no legs to walk with, which no repair invents."""
-    (tmp_path / "a.urdf").write_text(SOUND.replace("revolute", "prismatic"))
-    before, done = run("check", "a.urdf"), run("repair", "a.urdf", "-o", "b.urdf")
-    assert (before.status, done.status) == (2, 2)
-    assert RECOMMENDED not in before.out + before.err
-    assert "18 joints move otherwise" in done.err and "--legs" in done.err and "--feet" in done.err
-    assert done.left == ["a.urdf"]
 
 
 def test_a_file_that_is_refused_for_one_thing_too_many(run: Run, tmp_path: Path) -> None:
@@ -114,22 +110,6 @@ def test_hints_are_those_of_check(run: Run, tmp_path: Path) -> None:
     assert run("repair", "a.urdf", "-o", "c.urdf").status == 0
 
 
-@pytest.mark.parametrize(
-    "text",
-    ["<limit/>", '<dynamics friction="0 0"/>', '<mimic multiplier="2"/>',
-     '<calibration rising="inf"/>', '<safety_controller k_position="1"/>'],
-)  # fmt: skip
-def test_elements_of_fixed_joints_that_parsers_refuse(text: str) -> None:
-    """They do not count, yet urdfdom refused the whole file for them, without saying where."""
-    file = broken(add("joint lf_foot_joint", text))
-    (found,) = find_all(file, None)
-    assert (found.what, found.where) == ("unreadable element", "joint 'lf_foot_joint'")
-    assert (found.severity, found.repairable) == ("refused", True)
-    repaired = repair_urdf(file).file
-    assert part(repaired.root, "joint lf_foot_joint").find(ET.fromstring(text).tag) is None
-    assert find_all(repaired, None) == []
-
-
 def test_statements_that_do_not_fit_the_links(tmp_path: Path) -> None:
     """A file's own legs and places go where they name nothing; the robot is then inferred."""
     path = tmp_path / "a.urdf"
@@ -161,27 +141,26 @@ def test_names_with_blanks_are_kept_apart(tmp_path: Path) -> None:
     assert robot.leg("lf").joints == ("lf_coxa joint", "lf_femur joint", "lf_tibia joint")
 
 
-def test_what_a_repair_shows_is_repaired_too() -> None:
-    """Without its joint a sliding foot's link is a second root, whose joint then leads nowhere."""
-    top = '<joint name="top" type="planar"><parent link="odom"/><child link="lr_foot"/></joint>'
-    file = broken(remove("link lr_tibia"), add("", '<link name="odom"/>'), add("", top))
-    repaired = repair_urdf(file)
-    assert [x for x in find_all(repaired.file, None) if x.repairable] == []
-    assert repair_urdf(repaired.file).changes == ()
-
-
-def test_what_only_other_parsers_refuse() -> None:
-    """Python reads "1_0"; an endless speed and an inertial of a fixed link were let through."""
-    inertial = '<inertial><mass value="0"/><inertia ixx="x"/></inertial>'
-    for change, what in (
-        (put("joint lf_tibia_joint/limit", velocity="1_0"), "unreadable velocity"),
-        (put("joint lf_tibia_joint/limit", velocity="inf"), "unreadable velocity"),
-        (add("link lf_foot", inertial), "unreadable inertial"),
-    ):
-        file = broken(change)
-        (found,) = find_all(file, None)
-        assert (found.what, found.severity, found.repairable) == (what, "refused", True)
-        assert find_all(repair_urdf(file).file, None) == []
+@pytest.mark.parametrize(
+    ("place", "text", "what"),
+    [
+        ("link lf_foot", '<inertial><mass value="0"/><inertia ixx="x"/></inertial>', "inertial"),
+        ("joint lf_foot_joint", "<limit/>", "element"),
+        ("joint lf_foot_joint", '<dynamics friction="0 0"/>', "element"),
+        ("joint lf_foot_joint", '<mimic multiplier="2"/>', "element"),
+        ("joint lf_foot_joint", '<calibration rising="inf"/>', "element"),
+        ("joint lf_foot_joint", '<safety_controller k_position="1"/>', "element"),
+        ("1_0", "", "velocity"),  # Python reads it
+        ("inf", "", "velocity"),
+    ],
+)
+def test_what_only_other_parsers_refuse(place: str, text: str, what: str) -> None:
+    """Parts of fixed joints do not count, yet urdfdom refused the whole file for them."""
+    change = add(place, text) if text else put("joint lf_tibia_joint/limit", velocity=place)
+    file = broken(change)
+    (found,) = find_all(file, None)
+    assert (found.what, found.severity, found.repairable) == (f"unreadable {what}", "refused", True)
+    assert find_all(repair_urdf(file).file, None) == []
 
 
 def test_a_repaired_file_is_accepted(run: Run, tmp_path: Path) -> None:

@@ -10,7 +10,6 @@ import pytest
 from rewriting import ConventionSet, Rewritten, rewrite
 from rewriting.comparison import difference, foot_centres, reference_walk
 from rewriting.rewrite import stripped
-from rewriting.shape_files import mesh_of
 from rewriting.steps import found
 
 from hexapod_pin.arrays import Array
@@ -68,38 +67,6 @@ def test_pinocchio_sees_the_same_robot(robot: str, seed: int) -> None:
     for i, j, sign in pairs:
         assert sign * second[j] == pytest.approx(first[i], abs=1e-9)
     assert seed or {sign for *_, sign in pairs} == {-1.0, 1.0}
-
-
-@pytest.mark.parametrize(
-    ("units", "mass", "length", "inertia"),
-    [("kg mm2", 1.0, 1.0, 1e6), ("gram", 1e3, 1.0, 1e3), ("millimetre", 1.0, 1e3, 1e6)],
-)
-def test_units_scale_their_quantities(
-    units: str, mass: float, length: float, inertia: float
-) -> None:
-    text = TEXTS["athena"]
-    rewritten = rewrite(text, ConventionSet(units=units), np.random.default_rng(0))
-    old, new = model_of(stripped(text)), model_of(rewritten.text)
-    assert new.inertias[1].mass == pytest.approx(mass * old.inertias[1].mass, rel=1e-12)
-    assert new.inertias[1].inertia == pytest.approx(inertia * old.inertias[1].inertia, rel=1e-9)
-    place = new.jointPlacements[2].translation
-    assert place == pytest.approx(length * old.jointPlacements[2].translation, abs=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("kind", "size", "volume"),
-    [
-        ("box", {"size": "0.2 0.3 0.4"}, 0.024),
-        ("cylinder", {"radius": "0.1", "length": "0.5"}, np.pi * 0.1**2 * 0.5),
-        ("sphere", {"radius": "0.1"}, 4.0 / 3.0 * np.pi * 0.1**3),
-    ],
-)
-def test_meshes_are_closed_and_face_outwards(kind, size, volume):
-    """The volume by the divergence theorem is the primitive's, less what 24 sides leave out."""
-    vertices, triangles = mesh_of(kind, size)
-    a, b, c = np.moveaxis(vertices[triangles], 1, 0)
-    enclosed = float((a * np.cross(b, c)).sum() / 6.0)
-    assert 0.95 * volume < enclosed <= volume * (1.0 + 1e-12)
 
 
 def test_clearance_does_not_depend_on_where_frames_lie(tmp_path):
