@@ -55,6 +55,13 @@ def test_methods_agree_where_a_face_begins_or_ends_to_hold_a_ball_that_is_deep_i
     assert np.abs(found.q - truth.q).max() < allowed
 
 
+def settled(scene, start, duration: float, method: str, accuracy: float) -> hp.Trace:
+    return hp.simulate(
+        scene, hp.HoldPosture(), duration=duration, sample=0.01, initial=start, method=method,
+        accuracy=accuracy, estimate=False,
+    )  # fmt: skip
+
+
 @pytest.mark.parametrize(
     ("height", "beyond", "speed"),
     [(0.0167, 5e-4, -0.3), (0.005, 2e-3, -0.3), (0.0167, 1e-3, -0.05)],
@@ -72,10 +79,7 @@ def test_a_ball_that_rolls_from_an_edge_onto_its_face_remembers_its_touch_down(
     start = bodies.state(robot, (beyond, 0.0, above), (speed, 0.02, 0.0))
 
     def rolled_by(method: str, accuracy: float) -> np.ndarray:
-        return hp.simulate(
-            scene, hp.HoldPosture(), duration=0.1, sample=0.01, initial=start, method=method,
-            accuracy=accuracy, estimate=False,
-        ).q  # fmt: skip
+        return settled(scene, start, 0.1, method, accuracy).q
 
     truth = rolled_by("dop853", 1e-10)
     for method, accuracy in (("dop853", 1e-8), ("ndf", 1e-8), ("extrapolated-euler", 1e-8)):
@@ -104,10 +108,7 @@ def test_a_face_that_begins_under_a_ball_is_touched_with_the_speed_that_it_has_t
     )  # fmt: skip
 
     def rolled_by(method: str, accuracy: float) -> hp.Trace:
-        return hp.simulate(
-            scene, hp.HoldPosture(), duration=0.4, sample=0.01, initial=start, method=method,
-            accuracy=accuracy, estimate=False,
-        )  # fmt: skip
+        return settled(scene, start, 0.4, method, accuracy)
 
     truth = rolled_by("dop853", 1e-11)
     assert truth.foot_gap.min() < -5e-4

@@ -1,4 +1,4 @@
-"""Stacked legs against each leg on its own: inverse kinematics, rates, branches, refusals."""
+"""Leg kinematics against Pinocchio and the textbook formulas; stacked legs against each leg."""
 
 from __future__ import annotations
 
@@ -50,8 +50,8 @@ def legs(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactor
 
 
 @pytest.fixture(scope="module")
-def robot() -> Robot:
-    return load_robot("athena")
+def kharagpur() -> Robot:
+    return load_robot("kharagpur")
 
 
 def paths(legs: LegGroup, count: int = 80) -> tuple[Array, Array]:
@@ -71,6 +71,10 @@ def test_stacked_legs_equal_each_leg_on_its_own(legs: LegGroup) -> None:
         np.testing.assert_array_equal(jacobian[index], leg.jacobian(q[index]))
         np.testing.assert_array_equal(rates[index], joint_rates(jacobian[index], v_BF[index]))
         np.testing.assert_allclose(leg.forward(q[index]), p_BF[index], atol=1e-9)
+    estimate = legs.kinematics.estimated_rates(p_BF, v_BF, q)
+    np.testing.assert_allclose(estimate, rates, rtol=1e-9, atol=1e-9)
+    determinant = legs.kinematics.normalised_determinant(q)
+    np.testing.assert_allclose(determinant, normalised_determinant(jacobian), atol=1e-12)
 
 
 def test_rows_of_the_core_equal_the_stacked_legs(legs: LegGroup) -> None:
@@ -89,20 +93,10 @@ def test_rows_of_the_core_equal_the_stacked_legs(legs: LegGroup) -> None:
     np.testing.assert_allclose(near, rows, rtol=0.0, atol=1e-12)  # some ten roundings
 
 
-def test_estimated_rates_and_determinant_are_those_of_the_jacobian(legs: LegGroup) -> None:
-    p_BF, v_BF = paths(legs)
-    q = legs.kinematics.inverse(p_BF)
-    jacobian = legs.kinematics.jacobian(q)
-    estimate = legs.kinematics.estimated_rates(p_BF, v_BF, q)
-    np.testing.assert_allclose(estimate, joint_rates(jacobian, v_BF), rtol=1e-9, atol=1e-9)
-    determinant = legs.kinematics.normalised_determinant(q)
-    np.testing.assert_allclose(determinant, normalised_determinant(jacobian), atol=1e-12)
-
-
 @pytest.mark.parametrize("branch", BRANCHES)
-def test_closed_form_rates_hold_on_every_branch(robot: Robot, branch: tuple[int, int]) -> None:
+def test_closed_form_rates_hold_on_every_branch(kharagpur: Robot, branch: tuple[int, int]) -> None:
     """Also folded over the yaw axis, where only targets near that axis are reached."""
-    leg = LegKinematics.of(robot, "rm")
+    leg = LegKinematics.of(kharagpur, "rm")
     assert leg.closed_form is not None
     geometry = YawPitchPitch.stack([leg.closed_form])
     generator = np.random.default_rng(8)
@@ -158,72 +152,44 @@ def test_the_core_solves_as_the_stacked_legs_do(legs: LegGroup) -> None:
 L1, L2, L3 = 0.0835, 0.11934, 0.09879  # S2 Table 1 [m]
 
 
-@pytest.fixture(scope="module", params=["kharagpur", "athena"])
-def built_in(request: pytest.FixtureRequest) -> Robot:
-    return load_robot(request.param)
-
-
-@pytest.fixture(scope="module")
-def kharagpur() -> Robot:
-    return load_robot("kharagpur")
-
-
 @pytest.fixture(scope="module")
 def s2_leg(kharagpur: Robot) -> LegKinematics:
     return LegKinematics.of(kharagpur, "lm")
-
-
-def one_leg(folder: Path, old: str, new: str) -> LegKinematics:
-    """Return leg lf of S2's built_in after one replacement in its URDF."""
-    text = urdf_path("kharagpur").read_text()
-    assert old in text
-    path = folder / "variant.urdf"
-    path.write_text(text.replace(old, new, 1))
-    return LegKinematics.of(load_robot(path), "lf")
 
 
 def random_angles(count: int, seed: int = 1) -> Array:
     return np.random.default_rng(seed).uniform(-np.pi, np.pi, (count, 3))
 
 
-def clear_of_singularities(leg: LegKinematics, q: Array) -> Array:
-    kept: Array = q[np.linalg.cond(leg.jacobian(q)) < 50]
-    return kept
-
-
 def turns_apart(a: Array, b: Array) -> Array:
-    apart: Array = np.mod(a - b + np.pi, 2 * np.pi) - np.pi
-    return apart
+    return np.asarray(np.mod(a - b + np.pi, 2 * np.pi) - np.pi)
 
 
-def pinocchio_foot(built_in: Robot, name: str, q_leg: Array) -> tuple[Array, Array]:
-    """Return the foot frame's position and its Jacobian with respect to the leg's joints."""
-    model, data = built_in.model, built_in.model.createData()
-    q = pin.neutral(model)
-    rows = [built_in.joint_index(joint) for joint in built_in.leg(name).joints]
-    q[7 + np.array(rows)] = q_leg
-    frame = model.getFrameId(built_in.leg(name).foot)
-    full = pin.computeFrameJacobian(model, data, q, frame, pin.ReferenceFrame.LOCAL_WORLD_ALIGNED)
-    pin.framesForwardKinematics(model, data, q)
-    return data.oMf[frame].translation.copy(), full[:3, 6 + np.array(rows)]
-
-
-@pytest.mark.parametrize("name", ["lf", "rm"])
-def test_forward_and_jacobian_equal_pinocchio(built_in: Robot, name: str) -> None:
+@pytest.mark.parametrize(("robot", "name"), [("kharagpur", "lf"), ("athena", "rm")])
+def test_forward_and_jacobian_equal_pinocchio(robot: str, name: str) -> None:
     """Every branch reaches the target, and one is the posture."""
-    leg = LegKinematics.of(built_in, name)
-    for q in random_angles(30):
-        position, jacobian = pinocchio_foot(built_in, name, q)
-        np.testing.assert_allclose(leg.forward(q), position, atol=1e-15)
-        np.testing.assert_allclose(leg.jacobian(q), jacobian, atol=1e-15)
-    seen = set()
-    for q in clear_of_singularities(leg, random_angles(300, seed=2)):
-        target = leg.forward(q)
+    owner = load_robot(robot)
+    leg, model, q = LegKinematics.of(owner, name), owner.model, pin.neutral(owner.model)
+    rows = np.array([owner.joint_index(joint) for joint in owner.leg(name).joints])
+    frame, data, axes = (
+        model.getFrameId(f"{name}_foot"),
+        model.createData(),
+        pin.LOCAL_WORLD_ALIGNED,
+    )
+    for angles in random_angles(30):
+        q[7 + rows] = angles
+        whole = pin.computeFrameJacobian(model, data, q, frame, pin.LOCAL_WORLD_ALIGNED)
+        pin.framesForwardKinematics(model, data, q)
+        np.testing.assert_allclose(leg.forward(angles), data.oMf[frame].translation, atol=1e-15)
+        np.testing.assert_allclose(leg.jacobian(angles), whole[:3, 6 + rows], atol=1e-15)
+    seen, drawn = set(), random_angles(300, seed=2)
+    for angles in drawn[np.linalg.cond(leg.jacobian(drawn)) < 50]:
+        target = leg.forward(angles)
         found = leg.branches(target)
         seen.add(len(found))
         np.testing.assert_allclose(leg.forward(found), np.tile(target, (len(found), 1)), atol=1e-14)
         # Rounding of 1e-16 m times the condition allowed above, over 0.1 m.
-        assert np.abs(turns_apart(found, q)).max(axis=1).min() < 1e-12
+        assert np.abs(turns_apart(found, angles)).max(axis=1).min() < 1e-12
     assert seen == {2, 4}
 
 
@@ -309,9 +275,8 @@ def test_what_has_no_solution_is_refused(s2_leg: LegKinematics, kharagpur: Robot
 
 
 def test_leg_of_another_shape_is_solved_numerically(tmp_path: Path) -> None:
-    """A femur axis 12 mm aside and tilted; more such legs are in test_leg_search.py."""
-    old = '<origin xyz="0.0835 0 0" rpy="0 0 0"/>'
-    offset_leg = one_leg(tmp_path, old, '<origin xyz="0.0835 0.012 0" rpy="0.2 0 0.1"/>')
+    """A femur axis 12 mm aside; more such legs are in test_leg_search.py."""
+    offset_leg = LegKinematics.of(variant(tmp_path, REPLACED_FEMUR["no closed form"]), "lf")
     assert offset_leg.closed_form is None
     with refused(ReachError, leg="lf", about=("inverse()",)):
         offset_leg.branches(offset_leg.foot)

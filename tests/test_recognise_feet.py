@@ -110,19 +110,6 @@ def test_frames_are_trusted_where_shapes_differ_from_leg_to_leg() -> None:
     assert any("agree" in text for text in layout.inferred)
 
 
-def test_a_link_called_foot_at_the_knee_is_noticed() -> None:
-    text = legged(6)
-    for leg in LEGS:
-        text = text.replace(f'"{leg}_foot"', f'"cap_{leg}"').replace(
-            f'"{leg}_tibia"', f'"foot_{leg}"'
-        )
-    layout = found(text)
-    assert [leg.foot for leg in layout.legs] == [f"cap_{leg}" for leg in LEGS]
-    line = next(text for text in layout.inferred if "called feet" in text)
-    assert "foot_lf" in line
-    assert f"at the knee, {1e3 * TIBIA:.0f} mm" in line
-
-
 def test_given_feet_and_radius_go_before_shapes() -> None:
     text = legged(6)
     layout = found(text, feet=[f"{leg}_foot" for leg in LEGS], foot_radius=0.02)

@@ -147,16 +147,6 @@ def test_a_camera_marks_the_front_and_names_go_before_it() -> None:
     assert layout.legs[0].joints[0] == "hip_fl"
 
 
-@pytest.mark.parametrize("count", [4, 5, 8])
-def test_four_to_eight_legs_are_found_and_named(count: int) -> None:
-    layout = found(legged(count))
-    left = (count + 1) // 2
-    names = leg_names(left, count - left)
-    assert [leg.name for leg in layout.legs] == list(names)
-    assert [leg.foot for leg in layout.legs] == [f"{name}_foot" for name in names]
-    assert layout.turn == pytest.approx(np.eye(3), abs=1e-12)
-
-
 def test_legs_that_start_in_a_row_are_ordered_by_where_they_reach() -> None:
     root = ET.fromstring(legged(6))
     for name in leg_names(3, 3):

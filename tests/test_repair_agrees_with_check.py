@@ -163,18 +163,6 @@ def test_what_only_other_parsers_refuse(place: str, text: str, what: str) -> Non
     assert find_all(repair_urdf(file).file, None) == []
 
 
-def test_a_repaired_file_is_accepted(run: Run, tmp_path: Path) -> None:
-    """Refused, repaired, accepted; changes, assumptions and masses are printed."""
-    file = broken(remove("link rr_coxa/inertial"), every("joint", "limit", velocity="0"))
-    (tmp_path / "bad.urdf").write_text(file.text)
-    done = run("repair", "bad.urdf", "-o", "good.urdf", "--velocity", "5")
-    assert (done.status, done.err) == (0, "")
-    for text in ("18 joints", "velocity 0 -> 5 rad/s", "assumed: link 'rr_coxa'", "total mass"):
-        assert text in done.out
-    report = inspect(tmp_path / "good.urdf")
-    assert report.ok and any("rr_coxa" in text for text in report.assumed)
-
-
 def test_a_sound_file_is_copied_to_the_byte(run: Run, tmp_path: Path) -> None:
     data = b"\xef\xbb\xbf" + SOUND.replace("\n", "\r\n").encode()
     (tmp_path / "sound.urdf").write_bytes(data)

@@ -26,7 +26,6 @@ from broken_urdfs import (
     put,
     remove,
     repaired,
-    unset,
 )
 from refusals import refused
 from test_findings import ALONE, TOGETHER
@@ -166,12 +165,6 @@ def test_comments_and_foreign_elements_stay() -> None:
     done = repair_urdf(parse_urdf(text.encode(), "x"), NoMeshes())
     assert "<!-- kept -->" in done.file.text
     assert ET.fromstring(done.file.text).find("transmission") is not None
-
-
-def test_unset_speed_is_reported_with_before_and_after() -> None:
-    done = repaired(unset("joint rm_femur_joint/limit", "velocity"))
-    assert done.changes == ("joint 'rm_femur_joint': velocity None -> 6 rad/s",)
-    assert len(done.masses) == len(WHOLE.links)
 
 
 def test_units_come_back_exactly() -> None:

@@ -16,10 +16,8 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.robot.description.leg_names import LEG_NAMES
 from hexapod_pin.robot.description.urdf_file import parse_urdf
 from hexapod_pin.robot.leg_bodies import leg_bodies
-from hexapod_pin.robot.reading.resources import ResourceFinder
 from hexapod_pin.robot.recognition.chains import tree_frames
-from hexapod_pin.robot.recognition.layout import RobotHints, RobotLayout
-from hexapod_pin.robot.recognition.recognise import recognise
+from hexapod_pin.robot.recognition.layout import RobotLayout
 from hexapod_pin.robot.robot import load_robot
 from hexapod_pin.robot.robot_source import urdf_path
 
@@ -137,18 +135,6 @@ def test_directions_legs_tips_and_posture_are_found(name: str, changes: dict, tm
         new, sign, offset = rewritten.joints[joint]
         assert layout.posture[new] == pytest.approx(sign * angle + offset, abs=1e3 * single)
     assert any("up is +y" in text for text in layout.inferred) == ("y_up" in changes)
-
-
-def test_a_robot_that_states_all_is_not_inferred() -> None:
-    robot = load_robot("athena")
-    file = parse_urdf(robot.urdf.encode(), "athena")
-    layout = recognise(file, ResourceFinder(robot.source), RobotHints())
-    assert (layout.inferred, layout.held) == ((), {})
-    assert np.array_equal(layout.turn, np.eye(3))
-    for leg, stated in zip(layout.legs, robot.legs, strict=True):
-        assert (leg.name, leg.joints, leg.foot) == (stated.name, stated.joints, stated.foot)
-        assert leg.tip_link == leg.foot and leg.radius == 0.02 and not leg.centre.any()
-    assert [layout.posture[joint] for joint in robot.joint_names] == robot.posture.tolist()
 
 
 def test_a_turn_by_half_a_circle_without_names_is_resolved_by_the_user() -> None:

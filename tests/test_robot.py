@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import sys
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -13,19 +13,20 @@ import pinocchio as pin
 import pytest
 from refusals import refused
 
+import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError, StateError, UnknownNameError, UrdfError
+from hexapod_pin.results.recorded_robot import RecordedRobot
 from hexapod_pin.robot.description.leg_names import LEG_NAMES, joint_role, leg_of_chain
 from hexapod_pin.robot.description.paper_robots import KHARAGPUR
 from hexapod_pin.robot.description.solids import body_inertia
 from hexapod_pin.robot.description.urdf_file import read_urdf
-from hexapod_pin.robot.loading.pin_model import placement
+from hexapod_pin.robot.loading.pin_model import RemovedPoint, _without, placement
 from hexapod_pin.robot.robot import Robot, load_robot
 from hexapod_pin.robot.robot_source import urdf_path
 from hexapod_pin.robot.rotations import rotation, rotations, trunk_vertical
-from hexapod_pin.robot.urdf_report import inspect
+from hexapod_pin.scene.scene import loaded_model
 from hexapod_pin.validation.cases.robots import references, robot_file
 
-HARD_CASES: dict[str, Any] = references()
 TEXT = KHARAGPUR.urdf()
 
 
@@ -43,8 +44,8 @@ def saved(tmp_path: Path, text: str) -> Path:
 def foot_points(robot: Robot, q: np.ndarray) -> np.ndarray:
     data = robot.model.createData()
     pin.forwardKinematics(robot.model, data, q)
-    joints = [robot.model.getJointId(foot.joint) for foot in robot.feet]
-    return np.array([data.oMi[j].act(f.offset) for j, f in zip(joints, robot.feet, strict=True)])
+    numbers = [robot.model.getJointId(foot.joint) for foot in robot.feet]
+    return np.array([data.oMi[k].act(f.offset) for k, f in zip(numbers, robot.feet, strict=True)])
 
 
 def test_names_order_and_limits_are_pinocchios(kharagpur: Robot) -> None:
@@ -93,22 +94,17 @@ def test_standing_pose(kharagpur: Robot) -> None:
 
 def test_stand_reference() -> None:
     """HC16: mass, height, feet and centre of mass of the reference hexapod."""
-    ref = HARD_CASES["HC16_hexapod_static_torques"]
-    robot = load_robot(robot_file("hexa_ref"))
-    angles = [0.0, -0.3, 0.3] * 6
-    q = robot.stand(angles).q
-    tol = ref["tol_rel"]
-    assert robot.total_mass == pytest.approx(ref["ref"]["total_mass"], rel=tol)
-    assert q[2] == pytest.approx(ref["ref"]["base_z"], rel=tol)
-    assert foot_points(robot, q) == pytest.approx(np.array(ref["ref"]["feet"]), abs=1e-12)
+    case = references()["HC16_hexapod_static_torques"]
+    robot, ref, tol = load_robot(robot_file("hexa_ref")), case["ref"], case["tol_rel"]
+    q = robot.stand([0.0, -0.3, 0.3] * 6).q
+    assert robot.total_mass == pytest.approx(ref["total_mass"], rel=tol)
+    assert q[2] == pytest.approx(ref["base_z"], rel=tol)
+    assert foot_points(robot, q) == pytest.approx(np.array(ref["feet"]), abs=1e-12)
     com = pin.centerOfMass(robot.model, robot.model.createData(), q)
-    assert com == pytest.approx(np.array(ref["ref"]["com"]), abs=1e-12)
-    assert list(robot.joint_names) == ref["ref"]["joint_order"]
+    assert com == pytest.approx(np.array(ref["com"]), abs=1e-12)
+    assert list(robot.joint_names) == ref["joint_order"]
     assert [foot.radius for foot in robot.feet] == [0.0] * 6
     assert "point feet" in "".join(robot.notes)
-
-
-SEGMENTS = {"coxa": 1, "femur": 2, "tibia": 3}
 
 
 def test_a_change_of_a_robots_model_is_no_other_robots() -> None:
@@ -155,25 +151,6 @@ def test_feet_by_name(tmp_path: Path) -> None:
         load_robot(path, feet=["lf_end", "lf_end"])
     with refused(UnknownNameError, kind="foot link", name="lf_foot"):
         load_robot(path, feet=["lf_foot"])
-
-
-def test_an_extra_joint_is_held(tmp_path: Path) -> None:
-    """Six legs and an antenna that moves: it is held, inside its limits, which is reported."""
-    antenna = (
-        '<link name="antenna"><inertial><mass value="0.1"/>'
-        '<inertia ixx="1e-4" iyy="1e-4" izz="1e-4" ixy="0" ixz="0" iyz="0"/></inertial></link>'
-        '<joint name="antenna_joint" type="revolute"><parent link="base_link"/>'
-        '<child link="antenna"/><limit lower="1" upper="2" effort="1" velocity="1"/></joint>'
-    )
-    path = saved(tmp_path, TEXT.replace("</robot>", antenna + "</robot>"))
-    assert "chains of moved joints: 6 of 3, 1 of 1" in str(inspect(path))
-    robot = load_robot(path)
-    assert len(robot.legs) == 6
-    assert dict(robot.held) == {"antenna_joint": 1.0}  # zero is outside the antenna's limits
-    assert robot.posture[robot.joint_index("antenna_joint")] == 1.0
-    assert "antenna_joint" in "".join(robot.inferred)
-    held = load_robot(path, held={"antenna_joint": 1.5})
-    assert dict(held.held) == {"antenna_joint": 1.5}
 
 
 EXAMPLES = Path(
@@ -275,7 +252,6 @@ def test_the_vertical_in_the_trunk_s_axes() -> None:
 # Both codes do the same sums in another order on matrices of condition number 1e4 to 1e5:
 # 1e-12 of the largest entry leaves a factor of ten and more over what is seen.
 TOL = 1e-12
-ROBOTS = ("athena", "spread")
 
 
 class Twin(NamedTuple):
@@ -287,7 +263,7 @@ class Twin(NamedTuple):
     dof: np.ndarray
 
 
-@pytest.fixture(scope="module", params=ROBOTS)
+@pytest.fixture(scope="module", params=["athena", "spread"])
 def twin(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Twin:
     """A paper robot, and one with the additional mass at the joints (full inertias).
 
@@ -345,3 +321,65 @@ def test_mass_matrix_and_motion_equal_mujoco(twin: Twin) -> None:
         close(turn.T @ (bias + mass @ drift), there.qfrc_bias)
         torque = np.concatenate([np.zeros(6), tau])
         close(turn.T @ (pin.aba(model, data, q, v, torque) - drift), there.qacc)
+
+
+LINK = "lf_tibia"
+
+
+def body(scene):
+    model = loaded_model(scene)
+    return model.inertias[model.getJointId("lf_tibia_joint")]
+
+
+def test_a_factor_scales_every_body_or_one_and_moves_none(kharagpur):
+    scene = hp.Scene(kharagpur, loads=[hp.loads.MassFactor(1.25)])
+    model = loaded_model(scene)
+    for ours, theirs in zip(
+        list(model.inertias)[1:], list(kharagpur.model.inertias)[1:], strict=True
+    ):
+        np.testing.assert_allclose(ours.mass, 1.25 * theirs.mass, rtol=1e-15)
+        np.testing.assert_allclose(ours.inertia, 1.25 * theirs.inertia, rtol=1e-14)
+        np.testing.assert_array_equal(ours.lever, theirs.lever)
+    np.testing.assert_allclose(scene.total_mass, 1.25 * kharagpur.total_mass, rtol=1e-14)
+    scene = hp.Scene(kharagpur, loads=[hp.loads.MassFactor(2.0, [LINK])])
+    alone = body(hp.Scene(kharagpur)).mass
+    np.testing.assert_allclose(scene.total_mass, kharagpur.total_mass + alone, rtol=1e-14)
+    np.testing.assert_allclose(body(scene).mass, 2.0 * alone, rtol=1e-15)
+
+
+def test_what_was_put_on_can_be_taken_away(kharagpur):
+    place = (0.02, -0.01, -0.03)
+    loads = [hp.Payload(LINK, 0.05, place), hp.loads.RemovedMass(LINK, 0.05, place)]
+    ours, theirs = body(hp.Scene(kharagpur, loads=loads)), body(hp.Scene(kharagpur))
+    np.testing.assert_allclose(ours.mass, theirs.mass, rtol=1e-14)
+    np.testing.assert_allclose(ours.lever, theirs.lever, atol=1e-16)
+    np.testing.assert_allclose(ours.inertia, theirs.inertia, rtol=1e-10, atol=1e-15)
+    pair = pin.Inertia(2.0, np.zeros(3), np.diag([1e-3, 2.0 + 1e-3, 2.0 + 1e-3]))
+    left = _without(pair, RemovedPoint("pair", 1.0, np.zeros(3)), np.array([1.0, 0.0, 0.0]))
+    assert left.mass == 1.0
+    np.testing.assert_allclose(left.lever, [-1.0, 0.0, 0.0], atol=1e-15)
+    np.testing.assert_allclose(left.inertia, 1e-3 * np.eye(3), atol=1e-15)
+
+
+def test_what_cannot_be_is_refused(kharagpur):
+    for mass, place in ((5.0, (0.0, 0.0, 0.0)), (0.1, (0.2, 0.0, 0.0))):  # of mass, and of moments
+        about = (LINK, "other side of the joint")
+        with refused(ParameterError, "RemovedMass.mass[lf_tibia]", mass, about=about):
+            hp.Scene(kharagpur, loads=[hp.loads.RemovedMass(LINK, mass, place)])
+    with refused(ParameterError, "MassFactor.factor", 0.0):
+        hp.loads.MassFactor(0.0)
+    for load in (hp.loads.MassFactor(1.1, ["nowhere"]), hp.loads.RemovedMass("nowhere", 0.1)):
+        with refused(UnknownNameError, kind="link (Scene.loads[0].link)", name="nowhere"):
+            hp.Scene(kharagpur, loads=[load])
+
+
+def test_a_case_keeps_them_and_its_trace_knows_the_masses(kharagpur):
+    """Text and back; the recorded robot, built from text alone, has the same masses."""
+    loads = [hp.loads.MassFactor(1.1, ["base_link"]), hp.loads.RemovedMass(LINK, 0.01)]
+    case = hp.Case(hp.Scene(kharagpur, loads=loads), hp.HoldPosture(), duration=0.2, accuracy=1e-4)
+    assert hp.Case.from_toml(case.to_toml()) == case
+    trace = case.run()
+    model = loaded_model(case.scene)
+    ours = [y.mass for y in RecordedRobot.of(trace).model.inertias]
+    np.testing.assert_allclose(ours, [y.mass for y in model.inertias], rtol=1e-15)
+    np.testing.assert_allclose(trace.run.robot.total_mass, sum(ours), rtol=1e-12)

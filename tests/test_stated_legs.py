@@ -18,19 +18,6 @@ from hexapod_pin.control.leg_group import leg_group, leg_order
 from hexapod_pin.errors import GaitError, ParameterError, UnknownNameError, UrdfError
 from hexapod_pin.robot.leg_kinematics import LegKinematics
 
-
-def test_legs_are_those_that_the_file_states(tmp_path: Path) -> None:
-    robot = load(legged(4, tarsus=0.4, pan=True), tmp_path)
-    assert [leg.name for leg in robot.legs] == list(NAMES[4])
-    leg = robot.leg("rr")
-    assert leg.joints == ("rr_coxa_joint", "rr_femur_joint", "rr_tibia_joint")
-    assert leg.foot == "rr_foot" and robot.foot("rr_foot").leg == "rr"
-    assert robot.held == {**{f"{name}_tarsus_joint": 0.4 for name in NAMES[4]}, "pan_joint": 0.4}
-    assert robot.posture[robot.joint_index("pan_joint")] == 0.4
-    text = legged(pan=True).replace('<held joint="pan_joint" position="0.4"/>', "")
-    assert load(text, tmp_path).held == {"pan_joint": 0.0}
-
-
 CHAIN = "lf_coxa_joint lf_femur_joint lf_tibia_joint"
 
 
