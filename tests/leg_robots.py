@@ -142,6 +142,5 @@ def load(text: str, folder: Path) -> hp.Robot:
 
 
 def offset_robot(folder: Path) -> hp.Robot:
-    """Return kharagpur with its femur axes 12 mm aside: legs without a closed form."""
     old, new = (f'<origin xyz="0.0835 {aside} 0" rpy="0 0 0"/>' for aside in ("0", "0.012"))
     return load(hp.urdf_path("kharagpur").read_text().replace(old, new), folder)

@@ -30,7 +30,6 @@ FOREIGN = ConventionSet(
 
 @pytest.fixture(scope="module")
 def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return athena as somebody else would have written it."""
     folder = tmp_path_factory.mktemp("foreign")
     rewritten = rewrite(urdf_path("athena").read_text(), FOREIGN, np.random.default_rng(7))
     for name, content in rewritten.files.items():
@@ -131,7 +130,6 @@ def test_a_hint_that_names_nothing_is_refused(file: Path) -> None:
 
 
 def test_a_refused_file_is_repaired_and_walks_from_the_command_line(file, run, tmp_path):
-    """Findings and inference, then verdict, torque table, trace and playback."""
     text = file.read_text()
     assert 'velocity="3.14"' in text
     (tmp_path / "broken.urdf").write_text(text.replace('velocity="3.14"', 'velocity="0"'))

@@ -47,7 +47,6 @@ def written(folder: Path, *breaks: Break) -> Path:
 
 
 def every(tag: str, name: str, new: Callable[[float], float]) -> Break:
-    """Change every number of an attribute."""
 
     def change(root: ET.Element) -> None:
         for element in root.iter(tag):
@@ -59,7 +58,6 @@ def every(tag: str, name: str, new: Callable[[float], float]) -> Break:
 
 
 def only_joints(root: ET.Element) -> None:
-    """Turn the angles of joints' origins into degrees."""
     for origin in root.findall("joint/origin"):
         angles = (math.degrees(float(x)) for x in origin.get("rpy", "0 0 0").split())
         origin.set("rpy", " ".join(f"{x:.12g}" for x in angles))
@@ -117,7 +115,6 @@ def test_a_slip_is_named_and_the_repair_brings_the_robot_back(name: str, tmp_pat
 
 
 def no_parts(*names: str) -> Break:
-    """Take away links and joints."""
     return lambda root: [root.remove(x) for x in list(root) if x.get("name") in names] and None
 
 
@@ -235,7 +232,6 @@ def test_options_in_another_unit(run: Run, tmp_path: Path) -> None:
 
 
 def test_legs_that_overlap_are_one_phrase(tmp_path: Path) -> None:
-    """Sixteen pairs took eight lines."""
     robot = hp.load_robot(written(tmp_path, every("sphere", "radius", lambda _: 0.2)))
     (found,) = overlaps(robot, hp.Gait.tripod(stroke=0.05, cycle_time=0.8))
     assert re.fullmatch(r"legs lf and \w\w and \d+ more pairs stand in each other", found)

@@ -88,7 +88,6 @@ def test_trunk_is_in_balance(walk: hp.Trace) -> None:
 
 
 def test_payload_and_push_are_known() -> None:
-    """Loads of the scene are built again: the trunk stays in balance, and torques agree."""
     inertia = [0.01, 0.02, 0.015, 0.0, 0.001, 0.0]
     loads = [
         hp.Payload("base_link", mass=1.0, position=(0.1, 0.05, 0.08), inertia=inertia),

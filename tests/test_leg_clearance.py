@@ -131,7 +131,6 @@ def test_a_tripod_in_closed_form(tmp_path: Path, stroke: float) -> None:
 
 
 def test_overlapping_legs_are_refused_with_links_distance_time_and_limit(tmp_path: Path) -> None:
-    """The largest stroke leaves tibias just touching; one refused for its reach is clear too."""
     robot = narrow(tmp_path)
     found = leg_clearance(robot, tripod(0.085))
     limit = HIP_X - 2 * TIBIA_RADIUS

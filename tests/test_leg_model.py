@@ -34,7 +34,7 @@ def random_states(name: str, count: int = 20):
 
 @every_robot
 def test_feet_and_jacobians_are_those_of_the_leg(name):
-    """Of LegKinematics, which test_leg.py holds against Pinocchio."""
+    """Of LegKinematics, which test_leg_set.py holds against Pinocchio."""
     six = leg_group(robot(name))
     for q, _, _ in random_states(name):
         for leg, index, chain in zip(six.legs, six.joint_index, chains_of(name), strict=True):

@@ -45,9 +45,7 @@ def nearest_distance(leg: LegKinematics, target: Array, limits: bool) -> float:
 
 
 @pytest.mark.parametrize(("joints", "limits"), [(2, False), (3, True)])
-def test_any_target_is_reached_or_has_the_excess_of_scipys_search(
-    joints: int, limits: bool
-) -> None:
+def test_any_target_is_reached_or_has_the_excess_of_a_search(joints: int, limits: bool) -> None:
     reached = beyond = 0
     for seed in range(9):
         rng = np.random.default_rng(seed)

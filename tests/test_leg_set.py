@@ -34,7 +34,6 @@ REPLACED_FEMUR = {
 
 
 def variant(folder: Path, femur: str) -> Robot:
-    """Return S2's robot with other femur joints."""
     text = urdf_path("kharagpur").read_text()
     assert text.count(FEMUR) == 6
     path = folder / "variant.urdf"
@@ -55,7 +54,6 @@ def kharagpur() -> Robot:
 
 
 def paths(legs: LegGroup, count: int = 80) -> tuple[Array, Array]:
-    """Return foot paths near the standing posture and their velocities, (6, count, 3)."""
     s = np.linspace(0.0, 2.0 * np.pi, count)[:, None]
     around = 0.02 * np.sin(s * [1.0, 2.0, 3.0] + np.arange(18).reshape(6, 1, 3))
     return legs.neutral_feet[:, None] + around, 5.0 * np.roll(around, 7, axis=1)
@@ -167,15 +165,10 @@ def turns_apart(a: Array, b: Array) -> Array:
 
 @pytest.mark.parametrize(("robot", "name"), [("kharagpur", "lf"), ("athena", "rm")])
 def test_forward_and_jacobian_equal_pinocchio(robot: str, name: str) -> None:
-    """Every branch reaches the target, and one is the posture."""
     owner = load_robot(robot)
     leg, model, q = LegKinematics.of(owner, name), owner.model, pin.neutral(owner.model)
     rows = np.array([owner.joint_index(joint) for joint in owner.leg(name).joints])
-    frame, data, axes = (
-        model.getFrameId(f"{name}_foot"),
-        model.createData(),
-        pin.LOCAL_WORLD_ALIGNED,
-    )
+    frame, data = model.getFrameId(f"{name}_foot"), model.createData()
     for angles in random_angles(30):
         q[7 + rows] = angles
         whole = pin.computeFrameJacobian(model, data, q, frame, pin.LOCAL_WORLD_ALIGNED)
@@ -219,7 +212,6 @@ def test_branches_are_different_and_ordered(s2_leg: LegKinematics) -> None:
 
 
 def test_inverse_of_a_path_is_the_path(s2_leg: LegKinematics) -> None:
-    """On one branch, also where the yaw passes pi; the posture is the default reference."""
     s = np.linspace(0.0, 1.0, 400)
     q = np.stack([2.0 + 3.0 * s, -0.4 + 0.5 * np.sin(5 * s), 1.2 + 0.5 * np.cos(4 * s)], axis=-1)
     again = s2_leg.inverse(s2_leg.forward(q), near=q[0], limits=False)

@@ -81,7 +81,6 @@ def test_a_law_of_ones_own_is_told_where_it_belongs() -> None:
 
 
 def test_what_stands_elsewhere_and_what_makes_an_object_can_be_written() -> None:
-    """`meant` imports nothing, so that its lists are written out."""
     names = {"hp": hp, "mass": 1.0, "robot": ROBOT, "gait": GAIT}
     for text in {text for text in ELSEWHERE.values() if re.match(r"\w+=(?!.*\.\.\.)", text)}:
         fields = eval(f"dict({text})", names)

@@ -166,7 +166,6 @@ def test_colors_of_binary_stl(tmp_path, bits, header, color):
     ],
 )
 def test_unusable_files_are_refused_by_name(tmp_path, name, data, about):
-    """The reason has one of the texts."""
     if data is not None:
         (tmp_path / name).write_bytes(data)
     with refused(MeshError, file=str(tmp_path / name), about=(name,)) as caught:
@@ -188,7 +187,6 @@ def test_limits_of_size_and_scale(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 
 def test_a_file_is_read_again_when_it_changes(tmp_path: Path) -> None:
-    """The cache is bounded."""
     path = write(tmp_path, "binary.STL")
     first = read_mesh(path)
     assert read_mesh(str(path)) is first and not first.vertices.flags.writeable

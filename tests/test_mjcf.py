@@ -194,7 +194,6 @@ LEG = """
 
 
 def foreign(folder: Path) -> Path:
-    """A hexapod as MuJoCo's users write one: capsules, defaults, motors, another free body."""
     places = {
         "lf": (0.14, 0.08, 45), "lm": (0.0, 0.09, 90), "lr": (-0.14, 0.08, 135),
         "rf": (0.14, -0.08, -45), "rm": (0.0, -0.09, -90), "rr": (-0.14, -0.08, -135),
@@ -208,7 +207,6 @@ def foreign(folder: Path) -> Path:
 
 
 def test_a_foreign_file_becomes_a_robot_that_walks(tmp_path: Path) -> None:
-    """Its dynamics are MuJoCo's own, its feet the ends of its capsules."""
     path = foreign(tmp_path)
     with refused(UrdfError, source=str(path), about=("velocity",)):
         hp.load_robot(path)
@@ -276,7 +274,6 @@ def test_what_cannot_be_written_or_read_is_refused(
 def test_meshes_in_given_folders_are_written_and_missing_ones_are_reported(
     tmp_path: Path, monkeypatch: Any
 ) -> None:
-    """The folders of the robot's options, of the call and of the command; one note without."""
     monkeypatch.chdir(tmp_path)
     mesh = '<visual><geometry><mesh filename="package://parts/trunk.stl"/></geometry></visual>'
     text = urdf_path("kharagpur").read_text()
@@ -306,7 +303,6 @@ def test_meshes_in_given_folders_are_written_and_missing_ones_are_reported(
 
 
 def test_export_command(tmp_path: Path, monkeypatch: Any) -> None:
-    """The format follows the ending; a trace gives MJCF of its case, and a table."""
     monkeypatch.chdir(tmp_path)
     trace = hp.simulate(
         hp.Scene(hp.load_robot("athena")), hp.KinematicControl(GAIT), duration=0.1, estimate=False

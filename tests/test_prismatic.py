@@ -30,7 +30,6 @@ def robot(tmp_path_factory: pytest.TempPathFactory) -> hp.Robot:
 
 
 def servo(kp=400.0, kd=8.0, spring=SPRING, rate=10.0) -> hp.Servo:
-    """Return servos with their own gains where joints slide."""
     legs = ("coxa", "femur", "tibia", "held")
     return hp.Servo(kp={**dict.fromkeys(legs, kp), "slide": spring},
                     kd={**dict.fromkeys(legs, kd), "slide": rate})  # fmt: skip
@@ -113,7 +112,6 @@ def test_energy_of_a_flight_on_springs_is_conserved(robot: hp.Robot) -> None:
 
 
 def standing(tmp_path: Path) -> hp.Robot:
-    """Return a robot on six springs whose axes are vertical."""
     path = tmp_path / "stand.urdf"
     path.write_text(legged(spring=True))
     legs = ("lf", "lm", "lr", "rf", "rm", "rr")

@@ -1,4 +1,4 @@
-"""Feet from shapes: spheres, pads, rods, boxes, meshes, misplaced frames, no shape at all."""
+"""Feet from shapes; a file without a walking robot is refused with part and remedy."""
 
 from __future__ import annotations
 
@@ -25,7 +25,6 @@ LEGS = ("lf", "lm", "lr", "rf", "rm", "rr")
 
 
 def with_shape(shape: str, place: str = "0 0 0", rpy: str = "0 0 0", tag: str = "collision") -> str:
-    """Return six legs without feet whose tibiae have one shape."""
     feet = r'<(link|joint) name="\w\w_foot(_joint)?".*?</\1>'
     text = re.sub(feet, "", legged(6), flags=re.DOTALL)
     geometry = f'<origin xyz="{place}" rpy="{rpy}"/><geometry>{shape}</geometry>'
@@ -152,7 +151,6 @@ WHEELS = "".join(
 
 
 def refusal(text: str, **hints: object) -> str:
-    """Return the findings of a robot that is refused."""
     with pytest.raises(UrdfError) as caught:
         found(text, **hints)
     return "; ".join(caught.value.findings)

@@ -159,7 +159,6 @@ def test_legs_that_start_in_a_row_are_ordered_by_where_they_reach() -> None:
 
 
 def test_surplus_joints_are_held() -> None:
-    """Of four joints the yaw and the two with the longest links walk; a spring is held."""
     layout = found(legged(6, tarsus=0.0, pan=True))
     leg = layout.legs[0]
     assert leg.joints == ("lf_coxa_joint", "lf_femur_joint", "lf_tibia_joint")
@@ -226,7 +225,6 @@ HIGH_FEMUR, HIGH_TIBIA = 0.05, 0.09  # [m]
 
 
 def high_kneed(turned: str) -> str:
-    """Return a robot of stretched legs whose femora swing far up and tibiae fold down."""
     text = link("root", 0.0, 0.0) + joint("fixed", "root", "body", (0.0, 0.0, 0.0), rpy=turned)
     text += link("body", 1.0, 0.1)
     for number, (side, x) in enumerate((s, x) for s in (1.0, -1.0) for x in (0.08, 0.0, -0.08)):

@@ -68,7 +68,6 @@ def test_commands_agree(run: Run, tmp_path: Path, names: tuple[str, ...]) -> Non
 
 
 def test_a_file_that_is_refused_for_one_thing_too_many(run: Run, tmp_path: Path) -> None:
-    """One fault has a repair, the other has none: nothing is written, and the second is named."""
     bad = broken(
         put("joint lf_foot_joint/origin", xyz="1 2 z"), every("joint", "limit", velocity="0")
     )
@@ -89,7 +88,6 @@ def test_a_file_that_is_refused_for_one_thing_too_many(run: Run, tmp_path: Path)
 
 
 def test_hints_are_those_of_check(run: Run, tmp_path: Path) -> None:
-    """A robot that only stands on given feet is repaired with the same option, or hints file."""
     inertia = '<inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/>'
     box = '<visual><geometry><box size="0.2 0.2 0.05"/></geometry></visual>'
     feet = "".join(

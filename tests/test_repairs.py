@@ -1,4 +1,4 @@
-"""Repairs: each against a file that needs exactly it; values against closed forms."""
+"""Repairs: each against a file that needs exactly it; values against closed forms; refusals."""
 
 from __future__ import annotations
 
@@ -78,7 +78,6 @@ def test_each_trouble_is_found_and_gone(name: str, tmp_path: Path) -> None:
 
 
 def test_everything_at_once() -> None:
-    """What is left is what has no repair."""
     done = repaired(*(change for change, _, _ in TOGETHER.values()))
     left = {x.what for x in find_all(done.file, NoMeshes()) if x.severity == "refused"}
     assert left <= NO_REPAIR
@@ -105,7 +104,6 @@ def test_other_parsers_open_it(names: tuple[str, ...]) -> None:
 
 
 def test_limits() -> None:
-    """Swapped where reversed; assumed where none, zero or many turns."""
     file = repaired(put("joint lm_coxa_joint/limit", lower="1", upper="-0.5")).file
     assert [limit(file, "lm_coxa_joint", end) for end in ("lower", "upper")] == [-0.5, 1]
     for name in ("no limit", "limit nan", "zero limits", "many turns", "continuous"):
@@ -117,7 +115,6 @@ def test_limits() -> None:
 
 
 def test_effort_and_speed() -> None:
-    """Three times a third of the weight at half a leg; given: on every joint."""
     file = repaired(every("joint", "limit", effort="0", velocity="0")).file
     leg = 0.0835 + 0.11934 + 0.09879
     chain = leg + 0.01  # to the end of the foot sphere, fixed to the tibia
@@ -144,7 +141,6 @@ def test_a_copied_leg_is_renamed_with_its_joints() -> None:
 
 
 def test_a_wheel_leg_stays_continuous() -> None:
-    """One joint a leg: no range is invented."""
     text = '<robot name="w"><link name="b"/><link name="l"/><joint name="j" type="continuous">' \
            '<parent link="b"/><child link="l"/><axis xyz="0 1 0"/></joint></robot>'  # fmt: skip
     file = repair_urdf(parse_urdf(text.encode(), "w"), None).file
@@ -168,7 +164,6 @@ def test_comments_and_foreign_elements_stay() -> None:
 
 
 def test_units_come_back_exactly() -> None:
-    """Each slip is undone to the last digit that was written; mm, g and g mm^2 also together."""
     slips = ("grams", "kg mm^2", "g mm^2", "g cm^2", "centres in mm", "boxes in mm", "millimetres")
     together = [ALONE["millimetres"][0], ALONE["grams"][0], all_inertias(1e9)]
     for changes in (*([ALONE[slip][0]] for slip in slips), together):
@@ -241,16 +236,6 @@ def test_mass_and_density_as_given() -> None:
         RepairOptions(mass=-1.0)
 
 
-def test_a_robot_of_dummies_gets_masses_from_its_shapes() -> None:
-    """18 links and a trunk of 1e-5 kg each: all from their boxes."""
-    done = repaired(ALONE["dummies"][0])
-    trunk = done.file.link_by_name["base_link"]
-    assert trunk.mass == pytest.approx(DENSITY * 0.495 * 0.205 * 0.089, rel=1e-8)
-    assert any("0.19 g is a dummy" in text for text in done.changes)
-    given = masses(repaired(ALONE["dummies"][0], mass=3.0).file)
-    np.testing.assert_allclose(given / 3.0, masses(done.file) / masses(done.file).sum(), rtol=1e-7)
-
-
 def test_nearest_possible_inertia() -> None:
     """One moment too large by d: a third of d off it, and on each other (orthogonal projection)."""
     turn = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
@@ -308,7 +293,6 @@ MASS = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz=
 
 
 def refusal(tmp_path: Path, text: str) -> list[str]:
-    """Return the findings with which a file is refused."""
     path = tmp_path / "broken.urdf"
     path.write_text(text)
     with refused(UrdfError, source=str(path)) as caught:
@@ -328,7 +312,6 @@ def refusal(tmp_path: Path, text: str) -> list[str]:
     ],
 )  # fmt: skip
 def test_refused_by_name(tmp_path: Path, text: str, culprit: str, value: str) -> None:
-    """The finding names link or joint and what is wrong; more of them are in test_repairs.py."""
     findings = refusal(tmp_path, text)
     assert any(culprit in finding and value in finding for finding in findings), findings
 
@@ -359,7 +342,6 @@ def test_long_chain_is_refused(tmp_path: Path) -> None:
 
 
 def test_mass_may_come_from_a_fixed_link() -> None:
-    """A moved link without inertial is fine when a link fixed to it has mass."""
     found = re.search('<link name="rm_tibia">\\s*(<inertial>.*?</inertial>)', SOUND, re.S)
     assert found is not None
     text = SOUND.replace(found[0], '<link name="rm_tibia">')

@@ -15,7 +15,6 @@ from rewriting.steps import found
 from hexapod_pin.arrays import Array
 from hexapod_pin.robot.description.leg_names import LEG_NAMES
 from hexapod_pin.robot.description.urdf_file import parse_urdf
-from hexapod_pin.robot.leg_bodies import leg_bodies
 from hexapod_pin.robot.recognition.chains import tree_frames
 from hexapod_pin.robot.recognition.layout import RobotLayout
 from hexapod_pin.robot.robot import load_robot
@@ -67,21 +66,6 @@ def test_pinocchio_sees_the_same_robot(robot: str, seed: int) -> None:
     assert seed or {sign for *_, sign in pairs} == {-1.0, 1.0}
 
 
-def test_clearance_does_not_depend_on_where_frames_lie(tmp_path):
-    """Joint frames slid along their axes leave the links' capsules where they are."""
-    rng = np.random.default_rng(5)
-    rewritten = rewrite(TEXTS["athena"], ConventionSet(frames=True), rng)
-    robots = []
-    for name, content in (("old", stripped(TEXTS["athena"])), ("new", rewritten.text)):
-        path = tmp_path / f"{name}.urdf"
-        path.write_text(content)
-        robots.append(load_robot(path))
-    q = np.tile(pin.neutral(robots[0].model), (20, 1))
-    q[:, 7:] = rng.uniform(robots[0].lower, robots[0].upper, (20, 18))
-    first, second = (leg_bodies(robot).distances(q)[0] for robot in robots)
-    assert second == pytest.approx(first, abs=1e-9)
-
-
 @pytest.mark.parametrize(("robot", "seed"), [("kharagpur", 3), ("athena", 12)])
 def test_the_walk_is_the_same_whatever_the_conventions(robot, seed):
     """Found by its geometry, the robot stands and walks with the original's torques to 1e-6."""
@@ -99,7 +83,6 @@ def feet_at_zero(rewritten: Rewritten, layout: RobotLayout) -> Array:
 
 
 def true_feet(name: str) -> Array:
-    """Return the feet of the original at zero angles from Pinocchio, root frame [m]."""
     robot = load_robot(name)
     return foot_centres(robot, pin.neutral(robot.model))
 

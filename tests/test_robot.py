@@ -1,4 +1,4 @@
-"""Loading robots: names, limits, feet, standing, states; other people's URDFs."""
+"""Loading robots: names, limits, feet, states; other parsers; loads that change masses."""
 
 from __future__ import annotations
 
@@ -93,7 +93,6 @@ def test_standing_pose(kharagpur: Robot) -> None:
 
 
 def test_stand_reference() -> None:
-    """HC16: mass, height, feet and centre of mass of the reference hexapod."""
     case = references()["HC16_hexapod_static_torques"]
     robot, ref, tol = load_robot(robot_file("hexa_ref")), case["ref"], case["tol_rel"]
     q = robot.stand([0.0, -0.3, 0.3] * 6).q
@@ -117,7 +116,6 @@ def test_a_change_of_a_robots_model_is_no_other_robots() -> None:
 
 
 def test_other_naming_habits(tmp_path: Path) -> None:
-    """Names as published files have them; put on the right joints, they give the same legs."""
     assert leg_of_chain(("j_c1_rm", "j_thigh_rm", "j_tibia_rm")) == "rm"
     assert leg_of_chain(("AR_coxa_joint", "AR_femur_joint", "AR_tibia_joint")) == "rf"
     assert leg_of_chain(("L3_1", "L3_2", "L3_3")) == "lr"
@@ -161,7 +159,6 @@ EXAMPLES = Path(
 
 @pytest.mark.skipif(not EXAMPLES.is_dir(), reason="example-robot-data is not installed")
 def test_quadrupeds() -> None:
-    """Other people's floating-base robots: four legs, the same with feet named."""
     for file, legs, mass, radius in (
         ("solo_description/robots/solo12.urdf", ("FL", "FR", "HL", "HR"), 2.50000279, 0.0),
         ("anymal_b_simple_description/robots/anymal.urdf", ("LF", "RF", "LH", "RH"), 30.475397462,
@@ -205,7 +202,6 @@ def test_bad_arguments() -> None:
 
 
 def test_states_are_checked(kharagpur: Robot) -> None:
-    """Values are refused by name; round-off in the quaternion is taken away."""
     q, v = kharagpur.stand().q.copy(), np.zeros(24)
     for index, value, about in (
         (6, 1 + 2e-6, ("q[3:7]", "1.000002")), (6, 0.0, ("q[3:7]", "0")), (9, np.inf, ("q[9]",)),
@@ -227,7 +223,6 @@ def test_states_are_checked(kharagpur: Robot) -> None:
 
 
 def test_frozen_and_with_its_provenance(kharagpur: Robot) -> None:
-    """Two loads have the same digest."""
     with pytest.raises(dataclasses.FrozenInstanceError):
         kharagpur.name = "other"  # type: ignore[misc]
     state = kharagpur.stand()
@@ -374,7 +369,6 @@ def test_what_cannot_be_is_refused(kharagpur):
 
 
 def test_a_case_keeps_them_and_its_trace_knows_the_masses(kharagpur):
-    """Text and back; the recorded robot, built from text alone, has the same masses."""
     loads = [hp.loads.MassFactor(1.1, ["base_link"]), hp.loads.RemovedMass(LINK, 0.01)]
     case = hp.Case(hp.Scene(kharagpur, loads=loads), hp.HoldPosture(), duration=0.2, accuracy=1e-4)
     assert hp.Case.from_toml(case.to_toml()) == case

@@ -29,7 +29,6 @@ CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0], [1, 1, 1]])
 
 
 def write_ply(path: Path, vertices: np.ndarray, faces: int | None = None) -> Path:
-    """Write vertices in double precision, with triangles of successive ones."""
     count = max(len(vertices) - 2, 1) if faces is None else faces
     head = f"ply\nformat ascii 1.0\nelement vertex {len(vertices)}\n"
     head += "".join(f"property double {axis}\n" for axis in "xyz")
@@ -165,7 +164,6 @@ LONG: dict[str, tuple[Callable[[int], str], str]] = {
 
 
 def long_file(kind: str, number: int) -> str:
-    """Return the sound robot with a number of further links."""
     (parent, joint), parts = LONG[kind], []
     for k in range(number):
         parts.append(f'<link name="x{k}">{MASS}</link><joint name="jx{k}" type="{joint}">')
@@ -175,7 +173,6 @@ def long_file(kind: str, number: int) -> str:
 
 
 def load_check_repair(path: Path) -> None:
-    """Take a file through everything that reads it."""
     with suppress(UrdfError):
         hp.load_robot(path)
     assert str(hp.robot.inspect(path))
@@ -199,7 +196,6 @@ def test_work_grows_with_the_number_of_links(tmp_path: Path, kind: str) -> None:
 
 @pytest.mark.parametrize("kind", ["fixed in a row on a leg", "moved in a row"])
 def test_no_work_recurses_per_link(tmp_path: Path, kind: str) -> None:
-    """With less depth than there are links."""
     path, depth, number = tmp_path / "a.urdf", sys.getrecursionlimit(), 250
     path.write_text(long_file(kind, 10))
     load_check_repair(path)  # imports need more depth

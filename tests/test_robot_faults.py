@@ -1,4 +1,4 @@
-"""Robots' files that would hang, crash or poison: refused at once, with what is wrong."""
+"""Files of robots, also in xacro: expanded with files near them, or refused with what is wrong."""
 
 from __future__ import annotations
 
@@ -173,7 +173,6 @@ def write(path: Path, inside: str) -> Path:
 
 @pytest.fixture
 def robot(tmp_path: Path) -> Path:
-    """A package with an argument, an include, a macro and a mesh."""
     write(
         tmp_path / "spider/urdf/leg.xacro",
         '<xacro:macro name="leg" params="name length"><link name="${name}_${length * 2}">'
@@ -236,7 +235,6 @@ def test_an_argument_that_is_not_used_is_refused(robot: Path, tmp_path: Path) ->
 
 
 def test_an_include_of_a_missing_package(robot: Path, tmp_path: Path) -> None:
-    """It names package and file; --package-path is the remedy; so are ROS's variables."""
     robot.write_text(robot.read_text().replace("$(find spider)/urdf/", "$(find parts)/xacro/"))
     os.makedirs(tmp_path / "far/parts/xacro")
     os.rename(robot.parent / "leg.xacro", tmp_path / "far/parts/xacro/leg.xacro")
@@ -291,7 +289,6 @@ def test_what_cannot_be_expanded(
 
 
 def test_expressions_that_are_allowed(tmp_path: Path) -> None:
-    """More of their values are in test_robot_faults.py."""
     (tmp_path / "config").mkdir()
     (tmp_path / "config/sizes.yaml").write_text("femur: {length: 0.25}\nangle: !degrees 180\n")
     inside = (

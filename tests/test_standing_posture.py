@@ -31,7 +31,6 @@ def leg(name, hip, facing, limits=LIMITS, links=(0.06, 0.12, 0.2)):
 
 
 def six(limits=LIMITS, links=(0.06, 0.12, 0.2)):
-    """Return six legs that point sideways."""
     left = [leg(name, hip, np.pi / 2, limits, links) for name, hip in HIPS.items()]
     right = [
         leg(name.replace("l", "r", 1), (x, -y), -np.pi / 2, limits, links)
@@ -41,7 +40,6 @@ def six(limits=LIMITS, links=(0.06, 0.12, 0.2)):
 
 
 def tips(legs, posture) -> Array:
-    """Return the feet's centres in trunk axes."""
     chains = [SerialChain.of(leg.axes, leg.origins, leg.tip) for leg in legs]
     return np.array([one.forward(q) for one, q in zip(chains, posture.angles, strict=True)])
 
@@ -58,7 +56,6 @@ def rewritten(leg: LegFrame, sign: Array, zero: Array, slide: Array) -> LegFrame
 
 
 def check(legs, posture, trunk_low=None):
-    """Check what every standing posture must have; return the feet."""
     feet = tips(legs, posture)
     soles = feet[:, 2] - [leg.radius for leg in legs]
     assert np.ptp(soles) < 1e-12  # m: rounding of a leg's length
@@ -86,7 +83,6 @@ def test_six_equal_legs_stand_alike_with_upright_tibiae():
 
 @pytest.mark.parametrize("seed", range(2))
 def test_the_posture_does_not_depend_on_conventions(seed):
-    """Signs, zeros and origins along the axes leave the feet and the links where they were."""
     rng = np.random.default_rng(seed)
     legs = six()
     sign = rng.choice([-1.0, 1.0], (6, 3))
@@ -110,7 +106,6 @@ def test_the_posture_does_not_depend_on_conventions(seed):
     ],
 )
 def test_odd_limits_have_a_posture(limits):
-    """Whatever joints may do, a posture that exists is found."""
     legs = six(limits)
     check(legs, standing_posture(legs))
 
@@ -149,7 +144,6 @@ def test_hips_at_different_heights_stand_level():
 
 
 def test_no_posture_names_leg_joint_and_remedy():
-    """One femur that can only point up: that leg and that joint are named."""
     legs = six()
     upper = np.array([0.8, -1.35, 0.3])
     lower = np.array([-0.8, -1.4, 0.2])

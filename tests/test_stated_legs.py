@@ -1,4 +1,4 @@
-"""Legs and held joints that a URDF states; gaits for four to eight legs."""
+"""Legs that a URDF states, four to eight, of two joints, with held ones: gaits, plans, walks."""
 
 from __future__ import annotations
 

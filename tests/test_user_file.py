@@ -1,4 +1,4 @@
-"""Paths that a user gave: `~`, names that no file can have, folders where a file is meant."""
+"""Paths and files of code that a user gave: `~`, names that no file can have, code to import."""
 
 from __future__ import annotations
 
@@ -49,7 +49,6 @@ def test_no_file_is_a_typed_error_of_every_reader(tmp_path, monkeypatch):
 
 
 def test_what_is_written_at_home_is_read_there(tmp_path, monkeypatch):
-    """Reading and writing expand `~`."""
     monkeypatch.setenv("HOME", str(tmp_path))
     trace = hp.simulate(hp.Scene(hp.load_robot("athena")), hp.HoldPosture(), duration=0.02)
     trace.save("~/walk.nc")
@@ -73,7 +72,6 @@ def test_no_file_ends_a_command_in_one_line(run: Run, tmp_path: Path) -> None:
 
 
 def test_a_folder_is_no_store(tmp_path: Path) -> None:
-    """Nor is a lock left beside it."""
     study = hp.load_sweep(Path(__file__).parents[1] / "examples/friction_and_payload.toml")
     with refused(hp.errors.SweepStoreError, path=str(tmp_path), kept=None) as caught:
         hp.run_sweep(study, tmp_path)
@@ -83,7 +81,6 @@ def test_a_folder_is_no_store(tmp_path: Path) -> None:
 
 
 def _refused(path: Path) -> str:
-    """Return the way out that the refusal of a file states."""
     modules, places = dict(sys.modules), list(sys.path)
     with refused(ParameterError, "--import", str(path)) as caught:
         import_file("--import", path)

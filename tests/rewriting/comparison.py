@@ -131,7 +131,6 @@ def _walk(robot: Robot, gait: Gait, signs: Mapping[str, float]) -> Walk:
 
 
 def _pressed(robot: Robot) -> State:
-    """Return the standing state with the feet a little in the ground."""
     state = robot.stand()
     q = state.q.copy()
     q[2] -= PRESSED
@@ -145,7 +144,6 @@ def _feet(robot: Robot) -> dict[str, Array]:
 
 
 def foot_centres(robot: Robot, q: Array) -> Array:
-    """Return the feet of a robot's legs in the world. (L, 3) [m]."""
     import pinocchio as pin
 
     data, feet = robot.model.createData(), [robot.foot(leg.foot) for leg in robot.legs]

@@ -69,7 +69,6 @@ def split(robot: RobotParts, link: LinkPart, share: float, place: Placement) -> 
 
 
 def place_foot(robot: RobotParts, joint: JointPart, frame: str) -> None:
-    """Move the frame of the foot link that a fixed joint carries, or merge it into its parent."""
     foot = robot.link(joint.child)
     if frame == "none":
         parent = robot.link(joint.parent)

@@ -41,7 +41,6 @@ def rename(robot: RobotParts, habit: str, rng: np.random.Generator) -> dict[str,
 
 
 def _phantomx(name: str, prefix: str) -> str:
-    """Return lf_coxa_joint as j_c1_lf, lf_foot as foot_lf; other names as they are."""
     leg, _, rest = name.partition("_")
     if len(leg) != 2 or not rest:
         return name

@@ -83,7 +83,6 @@ class RobotParts:
 
 
 def parts_of(file: UrdfFile) -> RobotParts:
-    """Return the parts of a URDF of primitives; its <hexapod_pin> element is left out."""
     links = []
     for link in file.links:
         xx, yy, zz, xy, xz, yz = link.moments if link.mass is not None else (0.0,) * 6
@@ -109,7 +108,6 @@ def parts_of(file: UrdfFile) -> RobotParts:
 
 
 def about(axis: Array, angle: float) -> Array:
-    """Return the rotation about a unit axis by an angle [rad]."""
     turned: Array = Rotation.from_rotvec(angle * axis).as_matrix()
     return turned
 

@@ -112,7 +112,6 @@ def _add_fixed(robot: RobotParts, rng: np.random.Generator) -> None:
 
 
 def _random_turn(rng: np.random.Generator) -> Array:
-    """Return a random rotation, every second time one by quarter turns. (3, 3)."""
     if rng.random() < 0.5:
         turn: Array = Rotation.random(rng=rng).as_matrix()
         return turn

@@ -29,7 +29,6 @@ def to_meshes(robot: RobotParts, kind: str, folder: str) -> dict[str, bytes]:
 
 
 def mesh_of(kind: str, size: dict[str, str]) -> Mesh:
-    """Return the mesh of a box, cylinder or sphere with a URDF's attributes."""
     if kind == "box":
         made = trimesh.creation.box([float(value) for value in size["size"].split()])
     elif kind == "cylinder":

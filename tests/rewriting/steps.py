@@ -29,5 +29,4 @@ def found(text: str, folder: Path = Path("."), **hints: object) -> RobotLayout:
 
 
 def about_z(degrees: float) -> Array:
-    """Return the turn (3, 3) about z."""
     return rotation((0.0, 0.0, math.radians(degrees)))

@@ -21,7 +21,6 @@ FACTORS = {
 
 
 def in_units(robot: RobotParts, units: str) -> None:
-    """Write the numbers of a robot in units of `UNITS`; parts are changed in place."""
     mass, length, inertia = FACTORS[units]
     for link in robot.links:
         if link.mass is not None:
