@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from leg_robots import TIBIA, joint, legged, link
 from refusals import refused
+from rewriting.comparison import found, stripped_file
 from rewriting.shape_files import mesh_of, stl_bytes
-from rewriting.steps import found, stripped_file
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError, StateError, UnknownNameError, UrdfError

@@ -13,7 +13,7 @@ import pytest
 from conftest import Run
 from leg_robots import COXA, FEMUR, RADIUS, TIBIA, joint, legged, link
 from refusals import refused
-from rewriting.steps import about_z, found
+from rewriting.comparison import about_z, found
 from synthetic import synthetic_trace
 
 from hexapod_pin.commands.terminal import DOES_NOT_WALK

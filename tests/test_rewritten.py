@@ -8,9 +8,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from rewriting import ConventionSet, Rewritten, rewrite
-from rewriting.comparison import difference, foot_centres, reference_walk
+from rewriting.comparison import difference, foot_centres, found, reference_walk
 from rewriting.rewrite import stripped
-from rewriting.steps import found
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.robot.description.leg_names import LEG_NAMES

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import tempfile
+import xml.etree.ElementTree as ET
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,9 +15,14 @@ import numpy as np
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.feasible_gait import feasible_gait
 from hexapod_pin.control.kinematic import KinematicControl
+from hexapod_pin.robot.description.urdf_file import UrdfFile, parse_urdf
 from hexapod_pin.robot.leg_bodies import leg_bodies
+from hexapod_pin.robot.reading.resources import ResourceFinder
+from hexapod_pin.robot.recognition.layout import RobotHints, RobotLayout
+from hexapod_pin.robot.recognition.recognise import recognise
 from hexapod_pin.robot.robot import load_robot
 from hexapod_pin.robot.robot_source import urdf_path
+from hexapod_pin.robot.rotations import rotation
 from hexapod_pin.scene.scene import Scene
 from hexapod_pin.simulation.case import simulate
 from rewriting.conventions import ConventionSet
@@ -150,3 +157,21 @@ def foot_centres(robot: Robot, q: Array) -> Array:
     pin.forwardKinematics(robot.model, data, q)
     numbers = [robot.model.getJointId(foot.joint) for foot in feet]
     return np.array([data.oMi[k].act(x.offset) for k, x in zip(numbers, feet, strict=True)])
+
+
+def stripped_file(text: str) -> UrdfFile:
+    """Return a URDF without what its text states itself."""
+    root = ET.fromstring(text)
+    for own in root.findall("hexapod_pin"):
+        root.remove(own)
+    return parse_urdf(ET.tostring(root), "rewritten.urdf")
+
+
+def found(text: str, folder: Path = Path("."), **hints: object) -> RobotLayout:
+    """Recognise a robot in a folder without what its text states itself."""
+    finder = ResourceFinder(folder / "rewritten.urdf")
+    return recognise(stripped_file(text), finder, RobotHints(**hints))  # type: ignore[arg-type]
+
+
+def about_z(degrees: float) -> Array:
+    return rotation((0.0, 0.0, math.radians(degrees)))

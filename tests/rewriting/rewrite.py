@@ -11,12 +11,10 @@ from scipy.spatial.transform import Rotation
 from hexapod_pin.arrays import Array
 from hexapod_pin.robot.description.urdf_file import parse_urdf
 from hexapod_pin.robot.rotations import rotation
-from rewriting import moves
-from rewriting.conventions import ConventionSet
-from rewriting.naming import rename
-from rewriting.parts import Placement, RobotParts, parts_of
+from rewriting import parts
+from rewriting.conventions import ConventionSet, rename
+from rewriting.parts import Placement, RobotParts
 from rewriting.shape_files import to_meshes
-from rewriting.writing import in_units, text_of
 
 FOLDER = "shapes"
 """Where mesh files stand beside the URDF."""
@@ -52,26 +50,26 @@ class Rewritten:
 
 def rewrite(text: str, conventions: ConventionSet, rng: np.random.Generator) -> Rewritten:
     """Return a URDF of primitives in other conventions; its <hexapod_pin> element is left out."""
-    robot = parts_of(parse_urdf(text.encode(), "the original"))
+    robot = parts.parts_of(parse_urdf(text.encode(), "the original"))
     base = _turn_base(robot, conventions)
     moved = [joint for joint in robot.joints if joint.limit]
     signs = {joint.name: 1.0 for joint in moved}
     zeros = {joint.name: 0.0 for joint in moved}
     for joint in [j for j in robot.joints if not j.limit]:
-        moves.place_foot(robot, joint, conventions.feet)
+        parts.place_foot(robot, joint, conventions.feet)
     if conventions.zeros:
         for joint in moved:
             zeros[joint.name] = float(rng.uniform(joint.limit["lower"], joint.limit["upper"]))
-            moves.shift_zero(joint, zeros[joint.name])
+            parts.shift_zero(joint, zeros[joint.name])
     if conventions.frames:
         for joint in list(robot.joints):
             slide = float(rng.uniform(-PLACES, PLACES)) if joint.limit else 0.0
-            moves.turn_child(robot, joint, _random_turn(rng), slide)
+            parts.turn_child(robot, joint, _random_turn(rng), slide)
     if conventions.signs:
         for joint in moved:
             if rng.random() < 0.5:
                 signs[joint.name] = -1.0
-                moves.flip_axis(joint)
+                parts.flip_axis(joint)
     if conventions.fixed:
         _add_fixed(robot, rng)
     files = {}
@@ -81,22 +79,22 @@ def rewrite(text: str, conventions: ConventionSet, rng: np.random.Generator) -> 
     if conventions.shuffled:
         robot.links = [robot.links[k] for k in rng.permutation(len(robot.links))]
         robot.joints = [robot.joints[k] for k in rng.permutation(len(robot.joints))]
-    in_units(robot, conventions.units)
+    parts.in_units(robot, conventions.units)
     changes = {
         old: JointChange(names[old], sign, -sign * zeros[old]) for old, sign in signs.items()
     }
-    return Rewritten(text_of(robot), files, changes, base)
+    return Rewritten(parts.text_of(robot), files, changes, base)
 
 
 def stripped(text: str) -> str:
-    return text_of(parts_of(parse_urdf(text.encode(), "the original")))
+    return parts.text_of(parts.parts_of(parse_urdf(text.encode(), "the original")))
 
 
 def _turn_base(robot: RobotParts, conventions: ConventionSet) -> Placement:
     new = Placement(rotation((0.0, 0.0, conventions.yaw)))
     if conventions.y_up:
         new = new @ Placement(rotation(Y_UP))
-    moves.move_frame(robot, robot.root, new.inverse())
+    parts.move_frame(robot, robot.root, new.inverse())
     return new.inverse()
 
 
@@ -104,11 +102,11 @@ def _add_fixed(robot: RobotParts, rng: np.random.Generator) -> None:
     for joint in list(robot.joints):
         if rng.random() < 0.5:
             place = Placement(_random_turn(rng), rng.uniform(-PLACES, PLACES, 3))
-            moves.put_fixed_link_before(robot, joint, place)
+            parts.put_fixed_link_before(robot, joint, place)
     for link in list(robot.links):
         if link.mass and rng.random() < 0.5:
             place = Placement(_random_turn(rng), rng.uniform(-PLACES, PLACES, 3))
-            moves.split(robot, link, float(rng.uniform(*moves.SPLIT_SHARES)), place)
+            parts.split(robot, link, float(rng.uniform(*parts.SPLIT_SHARES)), place)
 
 
 def _random_turn(rng: np.random.Generator) -> Array:
