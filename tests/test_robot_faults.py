@@ -25,6 +25,7 @@ REFUSED = {
     "a million levels": ("<a>" * 1_000_000 + "</a>" * 1_000_000, ("nested", "100")),
     "entity bomb": ('<!DOCTYPE r [<!ENTITY a "aa">]><robot name="&a;"/>', ("<!DOCTYPE",)),
     "reserved joint": (BASE.replace('"lf_coxa_joint"', '"universe"'), ("joint 'universe'",)),
+    "reserved link": (BASE.replace('"base_link"', '"universe"'), ("link 'universe'",)),
     "huge mass": (
         re.sub('mass value="[^"]*"', 'mass value="1e308"', BASE),
         ("link 'base_link'", "link 'lf_tibia'", "mass '1e308' kg"),
@@ -327,7 +328,7 @@ def test_sizes_are_limited(tmp_path: Path) -> None:
     ],
 )
 def test_other_kinds_of_files_are_named(tmp_path: Path, text: str, about: tuple[str, ...]) -> None:
-    path = tmp_path / "file.xacro"
+    path = tmp_path / ("file.urdf" if "<sdf" in text else "file.xacro")
     path.write_text(text)
     with refused(UrdfError, source=str(path), about=about):
         parse_urdf(read_robot_text(path).text.encode(), str(path))
