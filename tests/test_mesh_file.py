@@ -17,7 +17,6 @@ from hexapod_pin.robot.reading.mesh_file import MeshCache
 # A tetrahedron with edges 1, 2, 3 from the origin; faces anticlockwise from outside: volume 1.
 CORNERS = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 3.0]])
 FACES = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
-AREAS = np.array([1.0, 1.5, 3.0, 3.5])  # of FACES: |(1, 2, 0) x (1, 0, 3)| / 2 = 7 / 2
 FILES = ["ascii.stl", "binary.STL", "plain.obj", "plain.dae", "plain.ply", "plain.glb"]
 
 

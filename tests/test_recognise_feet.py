@@ -142,7 +142,6 @@ def test_spheres_differ_from_boxes_and_cylinders_whose_vertices_lie_on_one() -> 
     assert fitted_ball(rims[0]) is None
 
 
-FINDER = ResourceFinder("none.urdf")
 WHEELS = "".join(
     joint(f"w{k}", "body", f"leg{k}", (0.2 - 0.2 * (k % 3), 0.1 - 0.2 * (k // 3), 0), axis="0 1 0")
     + link(f"leg{k}", 0.1, 0.05, (0.0, 0.0, -0.1))

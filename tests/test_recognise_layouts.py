@@ -20,12 +20,9 @@ from hexapod_pin.commands.terminal import DOES_NOT_WALK
 from hexapod_pin.errors import UrdfError
 from hexapod_pin.results.walk_answer import walk_answer
 from hexapod_pin.robot.description.leg_names import leg_names
-from hexapod_pin.robot.reading.resources import ResourceFinder
 from hexapod_pin.robot.recognition.chains import Axis, axis_distance
 from hexapod_pin.robot.robot import load_robot
 from hexapod_pin.robot.robot_source import urdf_path
-
-FINDER = ResourceFinder(Path("none.urdf"))
 
 
 def round_robot(count: int, first: float, *, front: bool = False) -> str:
