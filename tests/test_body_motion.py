@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from typing import Any
 
 import numpy as np
@@ -32,22 +31,17 @@ def roll_pitch_yaw(q: Array) -> Array:
     return np.asarray(pin.rpy.matrixToRpy(pin.Quaternion(*q[[6, 3, 4, 5]]).toRotationMatrix()))
 
 
-@pytest.mark.parametrize("function", FUNCTIONS.values(), ids=FUNCTIONS.keys())
-def test_rate_is_the_derivative_of_value(function: hp.motion.Sine | hp.motion.Waypoints) -> None:
-    time, h = np.linspace(0.0, 3.0, 301), 1e-6
-    later, before = (function.value_and_rate(time + k)[0] for k in (h, -h))
-    rate = function.value_and_rate(time)[1]
-    np.testing.assert_allclose(rate, (later - before) / (2 * h), atol=1e-9)
-    assert np.abs(rate).max() > 0.05
-
-
 def test_two_waypoints_are_joined_by_the_curve_of_least_jerk() -> None:
     s = np.linspace(0.0, 1.0, 50)
     curve = hp.motion.Waypoints(time=(1.0, 3.0), value=(0.02, 0.05)).value_and_rate(1.0 + 2.0 * s)[
         0
     ]
     np.testing.assert_allclose(curve, 0.02 + 0.03 * s**3 * (10 - 15 * s + 6 * s**2), atol=1e-15)
-    points = FUNCTIONS["waypoints"]
+    points, time, h = FUNCTIONS["waypoints"], np.linspace(0.0, 3.0, 301), 1e-6
+    for function in FUNCTIONS.values():
+        later, before = (function.value_and_rate(time + k)[0] for k in (h, -h))
+        rate = function.value_and_rate(time)[1]
+        np.testing.assert_allclose(rate, (later - before) / (2 * h), atol=1e-9)
     assert isinstance(points, hp.motion.Waypoints)
     value, rate = points.value_and_rate(np.array([0.0, 0.5, 1.0, 2.5, 9.0]))
     np.testing.assert_allclose(value, [0.0, 0.0, 0.03, -0.01, -0.01], atol=1e-15)
@@ -68,10 +62,6 @@ def test_two_waypoints_are_joined_by_the_curve_of_least_jerk() -> None:
         ),
         (lambda: hp.motion.BodyMotion(height=np.nan), "BodyMotion.height", np.nan, ()),
         (lambda: hp.motion.VelocityCommand(time=()), "VelocityCommand.time", (), (0.0,)),
-        (
-            lambda: hp.motion.VelocityCommand(time=(-1.0,), forward=0.1),
-            "VelocityCommand.time", (-1.0,), (0.0,),
-        ),
         (
             lambda: hp.motion.VelocityCommand(time=(0.0, 1.0), forward=(0.1,)),
             "VelocityCommand.forward", (0.1,), (2.0,),
@@ -102,7 +92,7 @@ def test_trunk_offset_is_a_rotation_with_its_angular_velocity() -> None:
     np.testing.assert_allclose(roll_pitch_yaw(start), [0.2, -0.3, 0.5], atol=1e-15)
 
 
-@pytest.mark.parametrize("terrain", [hp.Flat(), hp.Slope(angle=0.1)], ids=["flat", "slope"])
+@pytest.mark.parametrize("terrain", [hp.Flat(), hp.Slope(angle=0.1)])
 def test_a_run_starts_and_stays_in_the_commanded_pose(terrain: Any) -> None:
     """Six feet touch; the trunk is where the motion puts it, relative to the ground."""
     motion = hp.motion.BodyMotion(
@@ -148,18 +138,6 @@ def test_a_walking_trunk_follows_its_motion() -> None:
     np.testing.assert_allclose(tilt[:, 0], 0.03, atol=1.5e-3)
 
 
-def test_settings_are_data_and_build_the_controller_again() -> None:
-    motion = hp.motion.BodyMotion(height=FUNCTIONS["sine"], pitch=FUNCTIONS["waypoints"], roll=0.1)
-    command = hp.motion.VelocityCommand(time=(0.0, 4.0), forward=(0.05, 0.0), turn_rate=0.1)
-    control = hp.KinematicControl(GAIT, body=motion, velocity=command)
-    data = json.loads(json.dumps(control.to_dict()))
-    assert hp.motion.BodyMotion(**data["body"]) == motion
-    assert hp.motion.VelocityCommand(**data["velocity"]) == command
-    assert hash(control) == hash(hp.KinematicControl(GAIT, body=motion, velocity=command))
-    with refused(ParameterError, "stop_at", 20.0):
-        hp.KinematicControl(GAIT, velocity=command, stop_at=20.0)
-
-
 def test_a_motion_or_command_beyond_reach_is_refused_with_its_time() -> None:
     robot = hp.load_robot("kharagpur")
     rising = hp.motion.BodyMotion(height=hp.motion.Waypoints(time=(2.0, 4.0), value=(0.0, 0.25)))
@@ -171,6 +149,8 @@ def test_a_motion_or_command_beyond_reach_is_refused_with_its_time() -> None:
     with refused(GaitError, quantity="cycle_time", about=("tibia_joint", "6")) as fast:
         hp.KinematicControl(GAIT, body=shaking).plan(robot, 2.0)
     assert 0.0 <= float(NUMBER.findall(str(fast.value))[0]) <= 2.0
+    with refused(ParameterError, "stop_at", 20.0):
+        hp.KinematicControl(GAIT, velocity=STEPS, stop_at=20.0)
     fast = hp.motion.VelocityCommand(time=(0.0, 1.25), forward=(0.05, 0.5))
     about = ("VelocityCommand", "1.25", "0.5")
     with refused(GaitError, quantity="speed", about=about) as caught:
@@ -182,43 +162,33 @@ def test_a_motion_or_command_beyond_reach_is_refused_with_its_time() -> None:
     hp.KinematicControl(GAIT, velocity=fast).plan(robot, 0.5)  # ends before
 
 
-@pytest.mark.parametrize("duration", [5e-324, 1e-12, 1e-7])
-def test_a_plan_of_no_length_begins_like_a_long_one(duration: float) -> None:
+def test_a_plan_of_no_length_begins_like_a_long_one() -> None:
     """It reaches to the first event at least: before, that of 0 s was divided by."""
-    robot, control = hp.load_robot("kharagpur"), hp.KinematicControl(
-        GAIT, body=hp.motion.BodyMotion(height=FUNCTIONS["sine"])
-    )  # fmt: skip
-    short, long = control.plan(robot, duration), control.plan(robot, 2.0)
+    robot, body = hp.load_robot("kharagpur"), hp.motion.BodyMotion(height=FUNCTIONS["sine"])
+    control = hp.KinematicControl(GAIT, body=body)
+    short, long = control.plan(robot, 5e-324), control.plan(robot, 2.0)
     count = len(short.time)
-    assert 1 < count < len(long.time) and short.time[-1] >= duration
+    assert 1 < count < len(long.time) and short.time[-1] > 0.0
     np.testing.assert_array_equal(short.q[0], long.q[0])
     np.testing.assert_allclose(short.q, long.q[:count], atol=1e-12)
 
 
-@pytest.mark.parametrize(
-    "offsets", [{"height": 0.3}, {"height": -0.2}, {"height": -0.05, "pitch": 0.9}]
-)
-def test_constant_offsets_beyond_reach_say_how_far_they_can_go(offsets: dict[str, float]) -> None:
+def test_constant_offsets_beyond_reach_say_how_far_they_can_go() -> None:
     robot = hp.load_robot("kharagpur")
-    given = ", ".join(f"{name}={value:g}" for name, value in offsets.items())
-    quantity = "body" if len(offsets) > 1 else "height"
-    about = (f"BodyMotion({given})", "leg lf", "lf_femur_joint")
-    with refused(GaitError, quantity=quantity, about=about) as far:
-        hp.KinematicControl(GAIT, body=hp.motion.BodyMotion(**offsets)).plan(robot, 5.0)
+    about = ("BodyMotion(height=0.3)", "leg lf", "lf_femur_joint")
+    with refused(GaitError, quantity="height", about=about) as far:
+        hp.KinematicControl(GAIT, body=hp.motion.BodyMotion(height=0.3)).plan(robot, 5.0)
     assert str(far.value).count("BodyMotion(") == 2  # the request, and what works
-    if len(offsets) > 1:
-        assert far.value.limit is None
-        return
-    assert far.value.limit is not None
-    limit = float(far.value.limit)
+    limit = far.value.limit
+    assert limit is not None and limit > 0.0
     hp.KinematicControl(GAIT, body=hp.motion.BodyMotion(height=limit)).plan(robot, 5.0)
-    if limit > 0.0:  # a refusal searches for the limit again, which takes long
-        with pytest.raises(GaitError):
-            beyond = hp.motion.BodyMotion(height=1.002 * limit)
-            hp.KinematicControl(GAIT, body=beyond).plan(robot, 5.0)
+    with pytest.raises(GaitError):
+        beyond = hp.motion.BodyMotion(height=1.002 * limit)
+        hp.KinematicControl(GAIT, body=beyond).plan(robot, 5.0)
+    both = hp.motion.BodyMotion(height=-0.05, pitch=0.9)
+    with refused(GaitError, quantity="body", limit=None, about=("BodyMotion(height=-0.05",)):
+        hp.KinematicControl(GAIT, body=both).plan(robot, 5.0)
 
-
-# --- velocity commands --------------------------------------------------------------------------
 
 STEPS = hp.motion.VelocityCommand(
     time=(0.0, 4.0, 5.0, 8.0), forward=(0.05, 0.03, -0.02, 0.0), lateral=(0.0, 0.02, 0.0, 0.0),
@@ -248,25 +218,8 @@ def test_a_constant_command_is_the_gait_itself() -> None:
     np.testing.assert_allclose(first, second, atol=1e-12)
 
 
-def test_the_twist_is_smooth_and_its_acceleration_limited() -> None:
-    path = hp.KinematicControl(GAIT, velocity=STEPS).path(hp.load_robot("kharagpur"))
-    time, h = np.linspace(0.0, 12.0, 2401), 1e-4
-    twist = [path.body.pose_and_twist(time + k * h)[1] for k in (-1, 0, 1)]
-    slope = (twist[2] - twist[0]) / (2 * h)
-    bend = (twist[2] - 2 * twist[1] + twist[0]) / h**2
-    assert np.hypot(slope[:, 0], slope[:, 1]).max() <= MAX_ACCELERATION
-    assert np.abs(np.diff(bend, axis=0)).max() < 0.02  # continuous: 5 ms of a bounded third
-    np.testing.assert_allclose(twist[1][-1], 0.0, atol=1e-15)
-    pose = [path.body.pose(time + k * h) for k in (-1, 1)]
-    moved, yaw = (pose[1] - pose[0]) / (2 * h), path.body.pose(time)[:, 2]
-    c, s = np.cos(yaw), np.sin(yaw)
-    np.testing.assert_allclose(c * moved[:, 0] + s * moved[:, 1], twist[1][:, 0], atol=1e-8)
-    np.testing.assert_allclose(c * moved[:, 1] - s * moved[:, 0], twist[1][:, 1], atol=1e-8)
-    np.testing.assert_allclose(moved[:, 2], twist[1][:, 2], atol=1e-8)
-
-
 def test_a_foothold_does_not_know_the_future() -> None:
-    """Commands after a foot's lift-off change nothing until it lifts again."""
+    """Commands after a foot's lift-off change nothing until it lifts; the trunk is not jerked."""
     robot = hp.load_robot("kharagpur")
     other = STEPS.model_copy(update={"forward": (0.05, -0.03, 0.04, 0.02)})
     paths = [hp.KinematicControl(GAIT, velocity=one).path(robot) for one in (STEPS, other)]
@@ -276,6 +229,17 @@ def test_a_foothold_does_not_know_the_future() -> None:
     np.testing.assert_array_equal(first[lifted < 4.0 - 1e-9], second[lifted < 4.0 - 1e-9])
     changed = np.abs(first - second).max(axis=-1)[(lifted > 4.0) & (lifted < 8.0)]
     assert changed.min() > 1e-4
+    time, h, body = np.linspace(0.0, 12.0, 2401), 1e-4, paths[0].body
+    before, twist, after = (body.pose_and_twist(time + k * h)[1] for k in (-1, 0, 1))
+    slope, bend = (after - before) / (2 * h), (after - 2 * twist + before) / h**2
+    assert np.hypot(slope[:, 0], slope[:, 1]).max() <= MAX_ACCELERATION
+    assert np.abs(np.diff(bend, axis=0)).max() < 0.02  # continuous: 5 ms of a bounded third
+    moved = (body.pose(time + h) - body.pose(time - h)) / (2 * h)
+    c, s = (turn(body.pose(time)[:, 2]) for turn in (np.cos, np.sin))
+    moved[:, :2] = np.stack(
+        [c * moved[:, 0] + s * moved[:, 1], c * moved[:, 1] - s * moved[:, 0]], 1
+    )
+    np.testing.assert_allclose(moved, twist, atol=1e-8)
 
 
 def test_a_walk_on_command_follows_it_and_ends_standing() -> None:

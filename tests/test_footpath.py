@@ -17,30 +17,27 @@ NEUTRAL = np.array([(x, y, -0.09879) for y in (0.30534, -0.30534) for x in (0.2,
 
 STRAIGHT = Gait.tetrapod()
 GAITS = {
-    "tripod": Gait.tripod(), "tetrapod": STRAIGHT, "ripple": Gait.ripple(),
-    "wave 2/3": Gait.wave(2 / 3), "wave 3/4": Gait.wave(3 / 4), "wave 5/6": Gait.wave(5 / 6),
-    "sideways": Gait.tetrapod(heading=1.1),
+    "tripod": Gait.tripod(),
+    "tetrapod": STRAIGHT,
+    "wave 5/6": Gait.wave(5 / 6),
     "turning": Gait.ripple(stroke=0.1, turn_rate=0.15, heading=-0.4),
     "on the spot": Gait.wave(3 / 4, stroke=0.0, turn_rate=-0.2),
-}  # fmt: skip
+}
 every_gait = pytest.mark.parametrize("gait", GAITS.values(), ids=GAITS.keys())
 
 
 def to_world(path: FootPath, time: Array, p_BF: Array) -> Array:
     """Put base-frame points (K, 6, 3) into the world with explicit rotation matrices."""
-    world = np.empty_like(p_BF)
-    for k, (x, y, yaw) in enumerate(path.body_pose(time)):
-        rotation = np.array(
-            [[np.cos(yaw), -np.sin(yaw), 0], [np.sin(yaw), np.cos(yaw), 0], [0, 0, 1]]
-        )
-        world[k] = p_BF[k] @ rotation.T + (x, y, 0.0)
-    return world
+    x, y, yaw = path.body_pose(time).T
+    c, s, z = np.cos(yaw), np.sin(yaw), np.zeros_like(x)
+    turn = np.moveaxis(np.array([[c, -s, z], [s, c, z], [z, z, z + 1.0]]), -1, 0)
+    return p_BF @ turn.transpose(0, 2, 1) + np.stack([x, y, z], axis=-1)[:, None]
 
 
-def walking(gait: Gait, *, cycles: float = 8.0) -> tuple[FootPath, Array]:
-    """Return a path that stops after 7 cycles and a fine time grid over `cycles`."""
+def walking(gait: Gait) -> tuple[FootPath, Array]:
+    """Return a path that stops after 7 cycles and a fine time grid over 8."""
     path = FootPath(gait, NEUTRAL, stop_at=7 * gait.cycle_time)
-    return path, np.linspace(0.0, cycles * gait.cycle_time, 4001)
+    return path, np.linspace(0.0, 8.0 * gait.cycle_time, 4001)
 
 
 @every_gait
@@ -53,7 +50,6 @@ def test_footholds_do_not_move_in_the_world(gait: Gait) -> None:
     slid = np.linalg.norm(np.diff(world, axis=0), axis=-1)
     assert slid[both].max() < 1e-12  # rounding of metres
     np.testing.assert_allclose(world[..., 2][down], -0.09879, atol=1e-15)
-    path, time = walking(gait)
     at = path.events(float(time[-1]))
     down = path.stance(at - 1e-9) != path.stance(at + 1e-9)
     h = 1e-4
@@ -71,7 +67,6 @@ def test_paths_are_twice_continuously_differentiable(gait: Gait) -> None:
     slope = (path.positions(time + h) - path.positions(time - h)) / (2 * h)
     # Central differences: rounding 1e-16 / h = 1e-10, truncation h^2 x''' / 6 < 1e-10.
     np.testing.assert_allclose(path.velocities(time), slope, atol=2e-9)
-    path, time = walking(gait)
     h = 1e-5
     at = path.events(float(time[-1]))
     before = (path.velocities(at - h) - path.velocities(at - 2 * h)) / h
@@ -85,32 +80,25 @@ def test_paths_are_twice_continuously_differentiable(gait: Gait) -> None:
 
 
 @every_gait
-def test_the_robot_starts_and_ends_standing(gait: Gait) -> None:
+def test_standing_then_the_same_every_cycle_then_standing(gait: Gait) -> None:
     path, _ = walking(gait)
     np.testing.assert_allclose(path.positions(np.zeros(1))[0], NEUTRAL, atol=1e-16)
-    assert np.abs(path.velocities(np.zeros(1))).max() < 1e-16
     assert np.abs(path.body_pose(np.zeros(1))).max() == 0.0
     after = 7 * gait.cycle_time + np.array([0.0, 0.1, 1.0, 5.0])
     np.testing.assert_allclose(path.positions(after), np.tile(NEUTRAL, (4, 1, 1)), atol=1e-15)
-    assert np.abs(path.velocities(after)).max() == 0.0
+    for at in (np.zeros(1), after):
+        assert np.abs(path.velocities(at)).max() < 1e-16
     assert path.stance(after).all()
     assert np.abs(np.diff(path.body_pose(after), axis=0)).max() == 0.0
-
-
-@every_gait
-def test_steady_walk_repeats_every_cycle(gait: Gait) -> None:
-    path, _ = walking(gait)
     assert path.steady_from == 2 * gait.cycle_time
-    last = path.steady_until - gait.cycle_time
-    assert last > path.steady_from
-    time = np.linspace(path.steady_from, last, 500)
+    time = np.linspace(path.steady_from, path.steady_until - gait.cycle_time, 500)
     once, again = path.positions(time), path.positions(time + gait.cycle_time)
     np.testing.assert_allclose(again, once, atol=1e-14)
     scheduled = gait.feet_down(time / gait.cycle_time)
     assert (path.stance(time) != scheduled).sum() <= 6  # samples on an event, either is right
 
 
-@pytest.mark.parametrize("name", ["tripod", "tetrapod", "ripple", "wave 2/3", "wave 5/6"])
+@pytest.mark.parametrize("name", ["tripod", "wave 5/6"])
 def test_straight_stance_is_a_straight_line_of_one_stroke_at_constant_speed(name: str) -> None:
     gait = GAITS[name]
     path = FootPath(gait, NEUTRAL)
@@ -125,18 +113,6 @@ def test_straight_stance_is_a_straight_line_of_one_stroke_at_constant_speed(name
         # The grid may miss either end of the stance by one sample, 1/2400 of a cycle.
         assert np.ptp(reach) == pytest.approx(gait.stroke, rel=2.01 / 2400 / gait.duty)
         assert reach.max() == pytest.approx(-reach.min(), abs=0.002 * gait.stroke)
-
-
-def test_turning_body_follows_a_circle() -> None:
-    """The plan of the body satisfies x' = v cos, y' = v sin, yaw' = rate (finite differences)."""
-    gait = Gait.tetrapod(turn_rate=0.2, heading=0.3)
-    path = FootPath(gait, NEUTRAL)
-    time, h = np.linspace(4.0, 9.0, 50), 1e-6
-    x, y, yaw = ((path.body_pose(time + h) - path.body_pose(time - h)) / (2 * h)).T
-    course = path.body_pose(time)[:, 2] + 0.3
-    np.testing.assert_allclose(x, gait.speed * np.cos(course), atol=1e-9)
-    np.testing.assert_allclose(y, gait.speed * np.sin(course), atol=1e-9)
-    np.testing.assert_allclose(yaw, 0.2, atol=1e-9)
 
 
 def test_swing_rises_to_the_lift_and_only_then() -> None:
@@ -163,25 +139,6 @@ def test_legs_already_swinging_at_the_start_wait_for_their_next_swing() -> None:
     assert not early[:, 3].all()
 
 
-@pytest.mark.parametrize("name", list(GAITS)[:6])
-def test_starting_and_stopping_reach_as_far_as_steady_walking(name: str) -> None:
-    """Within 2 % of the stroke: the body changes speed while a swing is under way."""
-    path, time = walking(GAITS[name])
-    ahead = (path.positions(time) - NEUTRAL)[..., 0]
-    steady = ahead[(time >= path.steady_from) & (time <= path.steady_from + 2.4)]
-    assert ahead.max() <= steady.max() + 0.02 * 0.14
-    assert ahead.min() >= steady.min() - 0.02 * 0.14
-
-
-def test_tetrapod_first_cycle_lifts_the_pairs_of_s2_in_order() -> None:
-    """Legs lf lm lr rf rm rr are S2's 1 3 5 2 4 6; four feet are down throughout."""
-    path = FootPath(STRAIGHT, NEUTRAL)
-    down = path.stance(np.array([0.4, 1.2, 2.0]))
-    number = np.array([1, 3, 5, 2, 4, 6])
-    assert [set(number[~row]) for row in down] == [{2, 3}, {1, 6}, {4, 5}]
-    assert path.stance(np.linspace(0, 12, 5003)).sum(axis=1).min() == 4
-
-
 def test_yaw_of_the_start_does_not_matter() -> None:
     """A robot built rotated by 0.7 rad and walking 0.7 rad to the side plans the same."""
     c, s = np.cos(0.7), np.sin(0.7)
@@ -198,10 +155,8 @@ def test_what_no_path_is_made_of_is_refused() -> None:
     assert earliest == pytest.approx((2 * RAMP_CYCLES + 2 / 3) * 2.4)
     path = FootPath(STRAIGHT, NEUTRAL, stop_at=earliest)
     np.testing.assert_allclose(path.positions(np.array([earliest]))[0], NEUTRAL, atol=1e-15)
-    for bad in (earliest - 0.01, np.nan, np.inf, -1.0):
+    for bad in (earliest - 0.01, np.nan):
         with refused(ParameterError, "stop_at", bad, allowed=(float(f"{earliest:g}"),)):
             FootPath(STRAIGHT, NEUTRAL, stop_at=bad)
     with refused(ParameterError, "FootPath.neutral_feet", (4, 3), allowed=(6, 3)):
         FootPath(STRAIGHT, NEUTRAL[:4])
-    with refused(ParameterError, "FootPath.neutral_feet", (6, 3), allowed=(6, 3)):
-        FootPath(STRAIGHT, NEUTRAL * np.nan)

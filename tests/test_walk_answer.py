@@ -14,8 +14,6 @@ from conftest import Run
 from test_gait import narrow_coxae
 
 import hexapod_pin as hp
-from hexapod_pin.commands import terminal
-from hexapod_pin.commands.case_report import following_command
 from hexapod_pin.commands.scene_options import heading_doubt, slope_doubt, turn_doubt
 from hexapod_pin.ground.terrain import Ramp
 from hexapod_pin.results.ground_obstacle import SPACING, Obstacle, find_obstacle
@@ -27,7 +25,12 @@ from hexapod_pin.results.walk_verdict import cautions
 from hexapod_pin.robot.loading.load_options import LoadOptions
 from hexapod_pin.text_table import WIDTH
 
-WALK = (*"--gait tripod --cycle-time 0.8 --stroke 0.05 --no-html".split(),)
+WALK = tuple("--gait tripod --cycle-time 0.8 --stroke 0.05 --no-html".split())
+
+
+def joined(text: str) -> str:
+    """Return a text of several lines as one."""
+    return " ".join(text.split())
 
 
 @pytest.fixture(scope="module")
@@ -39,24 +42,20 @@ def trace() -> hp.Trace:
     )
 
 
-def scaled_inertias(folder: Path, factor: float, link: str = "") -> Path:
-    """Write kharagpur with the inertias of all links, or of one, times a factor."""
-    text = hp.load_robot("kharagpur").urdf
-    number = re.compile(r'(i[xyz]{2})="([^"]+)"')
+def scaled(folder: Path, factor: float, pattern: str, link: str = "") -> Path:
+    """Write kharagpur with the numbers of an attribute times a factor, of all links or of one."""
 
-    def larger(inertia: re.Match[str]) -> str:
-        return number.sub(lambda m: f'{m[1]}="{factor * float(m[2])!r}"', inertia[0])
+    def larger(found: re.Match[str]) -> str:
+        return f'{found[1]}="{factor * float(found[2])!r}"'
 
-    parts = re.split(r"(?=<link )", text)
-    changed = [
-        re.sub(r"<inertia [^>]*>", larger, part)
-        if part.startswith(f'<link name="{link}' if link else "<link ")
-        else part
-        for part in parts
-    ]
+    parts = re.split(r"(?=<link )", hp.load_robot("kharagpur").urdf)
     path = folder / "scaled.urdf"
-    path.write_text("".join(changed))
+    start, number = f'<link name="{link}', re.compile(rf'({pattern})="([^"]+)"')
+    path.write_text("".join(number.sub(larger, p) if p.startswith(start) else p for p in parts))
     return path
+
+
+INERTIA, MASS = "i[xyz]{2}", "<mass value"
 
 
 def test_eight_lines_with_the_verdict_first(run: Run) -> None:
@@ -81,11 +80,10 @@ def test_eight_lines_with_the_verdict_first(run: Run) -> None:
 def test_degrees_that_look_like_radians_are_doubted() -> None:
     """Python takes radians, the command line degrees."""
     assert heading_doubt(1.57) == "heading 1.57 degrees (90 if radians are meant)"
-    assert "-45 if" in heading_doubt(-0.785) and "28.6 if" in heading_doubt(0.5)
-    assert [heading_doubt(x) for x in (0.0, 5.0, 30.0, 90.0, 1.2)] == [""] * 5
-    assert "(17.2 if" in turn_doubt(0.3) and turn_doubt(10.0) == turn_doubt(0.0) == ""
-    assert "slope 0.17 degrees (9.74" in slope_doubt("slope:0.17")
-    assert [slope_doubt(x) for x in (None, "slope:10", "stairs:0.03")] == [""] * 3
+    assert "-45 if" in heading_doubt(-0.785)
+    assert "(17.2 if" in turn_doubt(0.3) and "slope 0.17 degrees (9.74" in slope_doubt("slope:0.17")
+    silent = [*map(heading_doubt, (0.0, 30.0, 1.2)), turn_doubt(10.0), slope_doubt("stairs:0.03")]
+    assert silent == [""] * 5
 
 
 def test_feet_that_are_dragged_are_no_walk_but_of_legs_without_torque() -> None:
@@ -116,20 +114,19 @@ def test_a_motor_without_mass_of_many_times_the_need_is_doubted() -> None:
 
 def test_inertias_in_another_unit_are_in_the_first_line(run: Run, tmp_path: Path) -> None:
     """Torques three times too large were said to be those of a robot that walks."""
-    path = scaled_inertias(tmp_path, 1000.0)
+    path = scaled(tmp_path, 1000.0, INERTIA)
     done = run("walk", path.name, *WALK, "--accuracy", "1e-3")
     first = done.out.splitlines()[0]
     assert done.status == 3
     assert "NOT to be trusted" in first and "inertias look like g m^2" in first
     assert "--repair" in done.out
-    sound = run("walk", "kharagpur", *WALK, "--quick", "--json", "--save-case", "c.toml",
-                "--out", "sound.nc")  # fmt: skip
+    saved = ("--save-case", "c.toml", "--out", "sound.nc")
+    sound = run("walk", "kharagpur", *WALK, "--quick", "--json", *saved)
     data = json.loads(sound.out)  # it stands alone: the path of the case goes to stderr
-    assert sound.status == 0 and "c.toml" in sound.err
-    assert data["good"] and data["answer"][0].startswith("kharagpur walks")
+    assert sound.status == 0 and "c.toml" in sound.err and data["good"]
     assert [Path(name).name for name in data["files"]] == ["sound.nc"]
     peaks = {k["kind"]: k["peak"]["torque_peak"] for k in data["budget"]["kinds"]}
-    tried = " ".join(done.out.split()).split("tried with --repair, peaks are: ")[1]
+    tried = joined(done.out).split("tried with --repair, peaks are: ")[1]
     for kind, peak in peaks.items():
         found = float(re.search(rf"{kind} ([\d.]+)", tried)[1])  # type: ignore[index]
         assert found == pytest.approx(peak, rel=0.02)  # factors of ten are written with few digits
@@ -138,48 +135,27 @@ def test_inertias_in_another_unit_are_in_the_first_line(run: Run, tmp_path: Path
 
 def test_a_doubt_that_changes_no_torque_is_not_in_the_first_line(run: Run, tmp_path: Path) -> None:
     """One coxa with 70 times its inertia: tried with the repaired file, nothing changes."""
-    path = scaled_inertias(tmp_path, 70.0, "lf_coxa")
+    path = scaled(tmp_path, 70.0, INERTIA, "lf_coxa")
     robot = hp.load_robot(path)
     assert len(robot.doubts) == 1 and "fit the size: link" in robot.doubts[0]
     done = run("walk", path.name, *WALK, "--accuracy", "1e-3")
     assert done.status == 0 and " walks " in done.out.splitlines()[0]
-    assert "no torque changes by more than" in " ".join(done.out.split())
+    assert "no torque changes by more than" in joined(done.out)
 
 
-def scaled_masses(folder: Path, factor: float) -> Path:
-    """Write kharagpur, 3.09 kg on legs of 0.30 m, with all masses times a factor."""
-    text = hp.load_robot("kharagpur").urdf
-    path = folder / "mass.urdf"
-    number = re.compile(r'<mass value="([^"]+)"')
-    path.write_text(number.sub(lambda m: f'<mass value="{factor * float(m[1])!r}"', text))
-    return path
-
-
-@pytest.mark.parametrize(("factor", "doubted"), [(0.04, True), (1.0, False), (4.4, True)])
-def test_a_mass_that_no_such_robot_has_is_a_doubt(
-    tmp_path: Path, factor: float, doubted: bool
-) -> None:
-    """9.76 kg for a robot of 2.2 kg, and 0.13 kg, had no note; a stated mass has none."""
-    path = scaled_masses(tmp_path, factor)
-    robot = hp.load_robot(path)
-    assert bool(robot.doubts) is doubted
-    if doubted:
+def test_a_mass_that_no_such_robot_has_is_a_doubt(run: Run, tmp_path: Path) -> None:
+    """Of 3.09 kg on legs of 0.30 m: 0.13 kg had no note, 84.5 kg were kept by the repair."""
+    for factor in (0.04, 4.4):
+        path = scaled(tmp_path, factor, MASS)
+        robot = hp.load_robot(path)
         assert robot.doubts[0].startswith(f"mass {robot.total_mass:.3g} kg, 0.549 kg to 8.68 kg is")
         stated = LoadOptions(repair=True, mass=robot.total_mass)
         assert hp.load_robot(path, options=stated).doubts == ()
-
-
-def test_the_repair_does_not_keep_a_mass_far_beyond_any(tmp_path: Path) -> None:
-    """84.5 kg were kept; the usual mass of robots with such legs is that of the packaged robot."""
-    path = scaled_masses(tmp_path, 84.5 / 3.087)
-    repaired = hp.load_robot(path, repair=True)
+    repaired = hp.load_robot(scaled(tmp_path, 84.5 / 3.087, MASS), repair=True)
     assert repaired.total_mass == pytest.approx(3.0, abs=0.1) and repaired.doubts == ()
     assert any("all masses and inertias multiplied by" in text for text in repaired.repaired)
-
-
-def test_a_doubtful_mass_is_in_the_first_line_whatever_the_repair(run: Run, tmp_path: Path) -> None:
-    """The repair keeps it: that nothing changes by it does not make it sure."""
-    done = run("walk", scaled_masses(tmp_path, 3.5).name, *WALK, "--quick")
+    # the repair keeps 3.5 times: that nothing changes by it does not make it sure
+    done = run("walk", scaled(tmp_path, 3.5, MASS).name, *WALK, "--quick")
     assert done.status == 3 and "NOT to be trusted: mass 10.8 kg" in done.out.splitlines()[0]
     assert "--repair --mass KG" in done.out
 
@@ -191,10 +167,6 @@ def test_one_verdict_on_a_motor(run: Run, trace: hp.Trace) -> None:
     assert walked.status == 3 and "but AX-12A at 12 V FAILS (femur" in first
     judged = run("budget", "walk.nc", "--motor", "AX-12A")
     assert judged.out.splitlines()[0] == first and judged.status == 3
-    record = hp.load_catalog().get("AX-12A")
-    answer = walk_answer(trace, record)
-    assert not answer.good and answer.motor is not None
-    assert answer.motor.reasons == motor_budget(joint_demand(trace), record).reasons
     strong = walk_answer(trace, hp.load_catalog().get("MX-64", 12.0))
     assert strong.good and "MX-64 at 12 V passes" in "\n".join(strong.lines())
 
@@ -204,7 +176,7 @@ def test_lightest_motors_are_the_first_that_pass(trace: hp.Trace) -> None:
     demand, rows = joint_demand(trace), [r for r in hp.load_catalog() if r.voltage == 12.0]
     usable = [row for row in rows if row.mass and row.stall_torque and row.no_load_speed]
     found = lightest_motors(demand, rows)
-    assert set(found) == {"coxa", "femur", "tibia"}
+    assert len(found) == 3
     for kind, motor in found.items():
         assert motor is not None
         uses = {row.name: motor_budget(demand, row).kind(kind) for row in usable}
@@ -217,9 +189,8 @@ def test_lightest_motors_are_the_first_that_pass(trace: hp.Trace) -> None:
 @pytest.mark.parametrize(
     ("value", "error", "text"),
     [
-        (0.4612, 0.002, "0.461"), (1.1163, 0.01, "1.12"), (1.1163, 0.04, "1.12"),
-        (1.1163, 0.2, "1.1"), (0.05983, None, "0.0598"), (123.456, None, "123"), (0.0, 1e-9, "0"),
-        (2.0, 0.0, "2.00"), (1.1163, 3.0, "1"),
+        (0.4612, 0.002, "0.461"), (1.1163, 0.2, "1.1"), (0.05983, None, "0.0598"),
+        (0.0, 1e-9, "0"), (2.0, 0.0, "2.00"), (1.1163, 3.0, "1"),
     ],
 )  # fmt: skip
 def test_numbers_have_no_digit_below_their_error(
@@ -242,12 +213,9 @@ def test_a_stair_higher_than_the_lift(run: Run) -> None:
     """The advice was a larger friction coefficient; the cure named now was tried."""
     options = "--terrain stairs:0.03 --no-html --accuracy 1e-2 --duration 8"
     done = run("walk", "kharagpur", *options.split())
-    said = " ".join(done.out.split())
-    assert done.status == 3
-    assert re.fullmatch(
-        r"kharagpur does not walk: the ground is (29|30) mm high, its lift 20 mm",
-        done.out.splitlines()[0],
-    )
+    said = joined(done.out)
+    cause = r"kharagpur does not walk: the ground is (29|30) mm high, its lift 20 mm"
+    assert done.status == 3 and re.fullmatch(cause, done.out.splitlines()[0])
     assert "lift them by 40 mm (--lift 0.04)" in said
     assert re.search(r"tried with --lift 0.04: it walks, 0\.\d+ of 0\.\d+ m", said)
 
@@ -258,7 +226,7 @@ def test_a_short_stroke_is_in_the_first_line_with_its_cause_and_a_cure(
     """Strokes of a fifth of the usual one walked "99.8 % of nominal" without a word."""
     narrow_coxae(tmp_path)
     done = run("walk", "narrow.urdf", "--no-html", "--duration", "0.2")
-    said = " ".join(done.out.split())
+    said = joined(done.out)
     assert re.search(r"stroke [\d.]+ of 140 mm \(\w+_coxa_joint is at its limit", said[:160])
     assert re.search(r"tried --posture longest-stroke: it leaves a stroke of [\d.]+ of 140", said)
 
@@ -269,8 +237,7 @@ def test_a_slope_too_steep_for_friction(run: Run) -> None:
     done = run("walk", "kharagpur", *options.split(), "--no-html")
     first = done.out.splitlines()[0]
     assert done.status == 3 and "40 degrees are too steep for friction of 0.7" in first
-    assert re.search(r"it slides back at [\d.]+ m/s; the ground", " ".join(done.out.split()))
-    assert "-" not in done.out.splitlines()[1] and "% of the nominal" not in done.out
+    assert re.search(r"it slides back at [\d.]+ m/s; the ground", joined(done.out))
 
 
 def test_obstacles_stand_above_the_line_between_footholds() -> None:
@@ -297,11 +264,9 @@ def test_obstacles_stand_above_the_line_between_footholds() -> None:
 @pytest.mark.parametrize(
     ("option", "text", "said"),
     [
-        ("--terrain", "moon", "stairs:RISE"), ("--terrain", "stairs:x", "a number instead of 'x'"),
+        ("--terrain", "stairs:x", "a number instead of 'x'"),
         ("--terrain", "stair:0.02", "with its numbers. Did you mean 'stairs'?"),
-        ("--terrain", "stairs", "or a TOML file with its numbers.\n"),
         ("--terrain", "bumps:0.02:a", "the seed an integer"),
-        ("--terrain", "none.toml", "none.toml"), ("--payload", "heavy", "a number instead of"),
         ("--push", "20N", "FORCE@TIME"), ("--lost-leg", "xx", "xx"),
         ("--payload", "1kg@nolink", "nolink"),
     ],
@@ -334,9 +299,7 @@ def test_a_refused_file_is_grouped_and_ends_with_the_next_command(run: Run, tmp_
     done = run("walk", "slow.urdf", *WALK)
     lines = done.err.splitlines()
     assert done.status == 2 and max(map(len, lines)) <= WIDTH and len(lines) <= 6
-    assert "18 joints: 'lf_coxa_joint', " in done.err and "zero velocity" in " ".join(
-        done.err.split()
-    )
+    assert "18 joints: 'lf_coxa_joint', " in done.err and "zero velocity" in joined(done.err)
     assert lines[-1] == "next: hexapod-pin walk slow.urdf --repair"
     (tmp_path / "cut.urdf").write_text(
         text.replace('<parent link="base_link"', '<parent link="none"')
@@ -345,32 +308,20 @@ def test_a_refused_file_is_grouped_and_ends_with_the_next_command(run: Run, tmp_
     assert refused.status == 2 and refused.err.splitlines()[-1].endswith("check cut.urdf")
 
 
-def test_without_a_command_there_is_what_to_type(run: Run) -> None:
-    """Five ways in, one line each; every command named there exists."""
-    done = run()
-    assert done.status == 0 and max(map(len, done.out.splitlines())) <= WIDTH
-    named = set(re.findall(r"hexapod-pin (\w+)", done.out))
-    assert named == {"walk", "select", "compare", "sweep", "view"}
-    listed = run("--help").out
-    assert all(f"  {name} " in listed for name in named)
-
-
 def test_no_line_of_any_command_wraps(
     run: Run, trace: hp.Trace, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Tables and sentences of up to 370 characters were printed as they were."""
     trace.save("walk.nc")
-    scaled_inertias(tmp_path, 1000.0)
-    budgets = ("--full", "--joints", "--assumed", "--catalog", "--catalog --full", "--motor AX-12A")
-    wide = ["budget walk.nc --catalog --full", "budget walk.nc --motor AX-12A", "check scaled.urdf"]
+    scaled(tmp_path, 1000.0, INERTIA)
     commands = [
-        *(f"budget walk.nc {option}" for option in budgets), "stability walk.nc", "check athena",
-        "check scaled.urdf", "repair scaled.urdf -o new.urdf", "contact accurate", "--help",
-        "walk kharagpur --gait tripod --cycle-time 0.1", "walk scaled.urdf --mu x",
-        "walk none.urdf", "select none",
-        "sweep none.toml", "compare none.toml", "run none.toml", "budget none.nc", "view none.nc",
+        "budget walk.nc --joints", "budget walk.nc --assumed", "budget walk.nc --catalog --full",
+        "budget walk.nc --motor AX-12A", "stability walk.nc", "check scaled.urdf",
+        "repair scaled.urdf -o new.urdf", "contact accurate", "walk scaled.urdf --mu x",
+        "walk kharagpur --gait tripod --cycle-time 0.1", "run none.toml", "view none.nc", "",
     ]  # fmt: skip
-    for width, words in [*((80, one) for one in commands), *((120, one) for one in wide)]:
+    for words in commands:
+        width = 120 if "scaled" in words else 80
         monkeypatch.setenv("COLUMNS", str(width))
         done = run(*words.split())
         lines = (done.out + done.err).replace(f"{tmp_path}/", "").splitlines()
@@ -392,28 +343,3 @@ def test_a_centre_of_mass_is_outside_its_feet_where_that_lasts(monkeypatch):
     assert least(100) == 0.03
     assert least(110) == 0.05  # ten samples of 2 ms
     assert least(111) == -0.4
-
-
-def test_the_next_command_is_of_the_same_walk(monkeypatch: pytest.MonkeyPatch) -> None:
-    """`select` has its own walks: where robot or task are others, motors are ranked by the run."""
-    trace = Path("walk.nc")
-    for options, following in (
-        (["--repair", "--out=a.nc", "--quick"], "hexapod-pin select my.urdf --repair"),
-        (["--payload", "2kg"], "hexapod-pin budget walk.nc --catalog"),
-        (["--repair", "--mass=2.5"], "hexapod-pin budget walk.nc --catalog"),
-    ):
-        monkeypatch.setattr(terminal, "_arguments", ["walk", "my.urdf", *options])
-        assert following_command("my.urdf", trace, repair="--repair" in options) == following
-
-
-def test_the_trial_with_a_repaired_file_assumes_its_gains_anew(run: Run, tmp_path: Path) -> None:
-    """Gains of a robot of 3 g, by its weight, would let the repaired one fall."""
-    path = scaled_masses(tmp_path, 1e-3)
-    done = run("walk", path.name, *WALK, "--step", "2e-3")
-    tried = " ".join(done.out.split()).split("tried with --repair, peaks are: ")[1]
-    steps = ("--step", "2e-3", "--repair", "--json", "--out", "mended.nc")
-    mended = run("walk", path.name, *WALK, *steps)
-    budget = json.loads(mended.out)["budget"]
-    for kind in budget["kinds"]:
-        found = float(re.search(rf"{kind['kind']} ([\d.]+)", tried)[1])  # type: ignore[index]
-        assert found == pytest.approx(kind["peak"]["torque_peak"], rel=5e-3)  # three digits
