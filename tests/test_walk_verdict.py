@@ -7,17 +7,18 @@ import math
 import signal
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
+import pinocchio as pin
 import pytest
+from conftest import Run
 from refusals import refused
 from synthetic import JOINTS, synthetic_trace
 
 import hexapod_pin as hp
-from hexapod_pin.commands.app import main
 from hexapod_pin.commands.terminal import DOES_NOT_WALK
 from hexapod_pin.control.commanded_body import planned_body
 from hexapod_pin.errors import ParameterError
@@ -31,19 +32,12 @@ STEADY = 4.0
 """Two cycles to start and two steady ones [s]."""
 
 
-def changed(trace: Trace, **arrays: np.ndarray) -> Trace:
-    """Return a trace with other arrays."""
-    names = ("time q v torque q_ref v_ref foot_position foot_force foot_gap com energy counters "
-             "joint_names foot_names run foot_normal").split()  # fmt: skip
-    return Trace(**{name: arrays.get(name, getattr(trace, name)) for name in names})
-
-
 def turned(trace: Trace, about: int, angle: np.ndarray) -> Trace:
     """Return a trace whose trunk is turned about an axis (0 x, 1 y, 2 z) by angles (T,) [rad]."""
     q = np.array(trace.q)
     q[:, 3:7] = 0.0
     q[:, 3 + about], q[:, 6] = np.sin(0.5 * angle), np.cos(0.5 * angle)
-    return changed(trace, q=q)
+    return replace(trace, q=q)
 
 
 @cache
@@ -56,43 +50,42 @@ def walk(
     return hp.walk_verdict(hp.simulate(setting, hp.KinematicControl(gait), duration=duration))
 
 
+@cache
+def real_walk() -> Trace:
+    """Return a short walk of kharagpur."""
+    scene = hp.Scene(hp.load_robot("kharagpur"))
+    return hp.simulate(scene, hp.KinematicControl(TRIPOD), duration=3.0)
+
+
 def test_a_glide_at_the_nominal_speed_walks() -> None:
-    """0.1 m/s for three whole cycles of 1 s: 0.3 m, to rounding."""
+    """0.1 m/s for three whole cycles of 1 s: 0.3 m, to rounding; 80 % of the speed is a walk."""
     verdict = hp.walk_verdict(synthetic_trace())
     assert verdict.walks and verdict.advice == ""
     assert (verdict.travel.start, verdict.travel.end, verdict.travel.cycles) == (1.0, 4.0, 3)
     assert verdict.travel.travelled_distance == pytest.approx(0.3, rel=1e-12)
-    assert verdict.travel.speed_share == pytest.approx(1.0, rel=1e-12)
     assert verdict.travel.turn_share is None and verdict.travel.yaw_error == 0.0
     assert "\n" not in verdict.line and verdict.line.startswith("synthetic walks: 0.3 m in 3 s")
-
-
-@pytest.mark.parametrize(("speed", "walks"), [(0.081, True), (0.079, False), (-0.004, False)])
-def test_eighty_percent_of_the_nominal_speed_is_walking(speed: float, walks: bool) -> None:
-    verdict = hp.walk_verdict(synthetic_trace(speed=speed, nominal_speed=0.1))
-    assert verdict.walks is walks
-    assert verdict.travel.speed_share == pytest.approx(10.0 * speed, rel=1e-12)
-    assert walks or "of the nominal speed" in verdict.reason
+    for speed in (0.081, 0.079):
+        verdict = hp.walk_verdict(synthetic_trace(speed=speed, nominal_speed=0.1))
+        assert verdict.walks is (speed > 0.08)
+        assert verdict.travel.speed_share == pytest.approx(10.0 * speed, rel=1e-12)
+        assert verdict.walks or "of the nominal speed" in verdict.reason
 
 
 def test_motion_against_the_plan_is_told_by_its_speed() -> None:
     """A robot on a steep slope made "-7704% of the nominal speed"."""
     verdict = hp.walk_verdict(synthetic_trace(speed=-0.3, nominal_speed=0.1))
     assert verdict.reason == "it slides back at 0.3 m/s"
-    assert "0.9 m back in 3 s (3 steady cycles), where the nominal speed is 0.1" in verdict.line
     trace = synthetic_trace(speed=0.0, nominal_speed=0.0, turn_rate=0.2)
     verdict = hp.walk_verdict(turned(trace, 2, -0.1 * trace.time))
     assert verdict.reason == "it turns the other way at 5.7 deg/s"
-    assert "%" not in verdict.reason and not verdict.walks
+    assert not verdict.walks
 
 
-@pytest.mark.parametrize(
-    ("name", "values"), [("effort_limit", (5.0,) * 17), ("velocity_limit", (3.0,) * 19)]
-)
-def test_a_record_of_another_robot_is_refused(name: str, values: tuple[float, ...]) -> None:
+def test_a_record_of_another_robot_is_refused() -> None:
     """Its limits, and counts of limits met, ended in numpy's ValueError."""
-    with refused(ParameterError, f"run.robot.{name}", len(values), allowed=(18,)):
-        hp.walk_verdict(synthetic_trace(**{name: values}))
+    with refused(ParameterError, "run.robot.effort_limit", 17, allowed=(18,)):
+        hp.walk_verdict(synthetic_trace(effort_limit=(5.0,) * 17))
     row = {"joint": "a", "limit_count": 1, "limit_time": 1.0, "stop_count": 0}
     with refused(ParameterError, "Trace.limits", 1, allowed=(18,)):
         hp.walk_verdict(synthetic_trace(limits=[row]))
@@ -103,7 +96,12 @@ def test_yaw_of_a_straight_walk_is_an_error_with_its_sign() -> None:
     trace = synthetic_trace()
     verdict = hp.walk_verdict(turned(trace, 2, -0.1 * trace.time))
     assert verdict.travel.yaw_error == pytest.approx(-0.3, abs=1e-12)
-    assert f"yaw off by {math.degrees(-0.3):.2g} deg" in verdict.line
+    # on ground tilted by 50 degrees a trunk parallel to it stands upright: no fall
+    angle = math.radians(50.0)
+    up = np.array([math.sin(angle), 0.0, math.cos(angle)])
+    tilted = turned(trace, 1, np.full(401, angle))
+    normal = np.broadcast_to(up, trace.foot_normal.shape)
+    assert hp.walk_verdict(replace(tilted, foot_normal=normal)).fall is None
 
 
 def test_a_fall_is_reported_with_time_and_manner() -> None:
@@ -115,24 +113,15 @@ def test_a_fall_is_reported_with_time_and_manner() -> None:
         assert fall.time == pytest.approx(math.radians(45.0) / 0.2, abs=0.01)
     com = np.array(trace.com)
     com[trace.time >= 2.0, 2] = 0.05  # 0.09 m over the feet at the start, 0.04 m then
-    fall = hp.walk_verdict(changed(trace, com=com)).fall
+    fall = hp.walk_verdict(replace(trace, com=com)).fall
     assert fall is not None and fall.time == 2.0 and "sank" in fall.how
     force = np.array(trace.foot_force)
     force[(trace.time > 3.0) & (trace.time < 3.2)] = 0.0
-    verdict = hp.walk_verdict(changed(trace, foot_force=force))
+    verdict = hp.walk_verdict(replace(trace, foot_force=force))
     assert verdict.fall is not None and verdict.fall.how == "all feet left the ground"
     assert verdict.fall.time == pytest.approx(3.01) and not verdict.walks
     force[trace.time < 3.11] = 5.0  # 0.09 s in the air: a hop, no fall
-    assert hp.walk_verdict(changed(trace, foot_force=force)).fall is None
-
-
-def test_a_slope_is_no_fall() -> None:
-    """On ground tilted by 50 degrees a trunk parallel to it stands upright."""
-    angle = math.radians(50.0)
-    trace = turned(synthetic_trace(), 1, np.full(401, angle))
-    up = np.array([math.sin(angle), 0.0, math.cos(angle)])
-    normal = np.broadcast_to(up, trace.foot_normal.shape)
-    assert hp.walk_verdict(changed(trace, foot_normal=normal)).fall is None
+    assert hp.walk_verdict(replace(trace, foot_force=force)).fall is None
 
 
 def test_trunk_contact_is_not_walking() -> None:
@@ -157,17 +146,13 @@ def test_the_worst_joint_at_its_limits_is_named() -> None:
 
 def test_a_built_in_walk_walks() -> None:
     """The distance of the torque budget, over the same window; slip of a few percent on rubber."""
-    robot = hp.load_robot("kharagpur")
-    trace = hp.simulate(hp.Scene(robot), hp.KinematicControl(TRIPOD), duration=STEADY)
+    trace = real_walk()
     verdict, budget = hp.walk_verdict(trace), hp.torque_budget(trace)
     assert verdict.walks and verdict.travel.speed_share == pytest.approx(1.0, abs=0.01)
     assert verdict.travel.measured_speed == pytest.approx(budget.measured_speed, rel=1e-12)
-    assert verdict.slip is not None
-    assert verdict.slip.total == pytest.approx(
-        hp.study.WalkMetrics.of(trace.summary).slip_per_metre, rel=1e-12
-    )
-    assert verdict.step_error == trace.counters["error_most"] < 1e-4
-    assert verdict.to_dict()["travel"]["speed_share"] == verdict.travel.speed_share
+    slip = hp.study.WalkMetrics.of(trace.summary).slip_per_metre
+    assert verdict.slip is not None and verdict.slip.total == pytest.approx(slip, rel=1e-12)
+    assert verdict.step_error == trace.counters["error_most"]
 
 
 def test_curves_stops_and_turns_on_the_spot_are_judged_by_their_plan() -> None:
@@ -206,7 +191,7 @@ def test_commands_are_judged_by_their_own_plan() -> None:
 
 
 def test_prescribed_walks_and_postures() -> None:
-    assert "prescribed motion: no limit acts" in walk(prescribed=True).line
+    assert "prescribed motion: no limit acts" in walk(TRIPOD, 1.0, prescribed=True).line
     scene = hp.Scene(hp.load_robot("kharagpur"))
     standing = hp.walk_verdict(hp.simulate(scene, hp.HoldPosture(), duration=0.3))
     assert standing.walks and standing.line.startswith("kharagpur stands: ")
@@ -222,54 +207,40 @@ def test_soft_servos_and_ice_are_distinguished() -> None:
     assert ice.slip is not None and (ice.slip.total is None or ice.slip.total > 1.0)
 
 
-def weak(folder: Path) -> Path:
-    """Write kharagpur with a twentieth of its effort, 0.3 N m."""
-    text = hp.urdf_path("kharagpur").read_text()
-    assert text.count('effort="6"') == 18
-    path = folder / "weak.urdf"
-    path.write_text(text.replace('effort="6"', 'effort="0.3"'))
-    return path
-
-
 def test_standing_torque_is_that_of_a_lever() -> None:
     """Kharagpur on lm, rf and rr: lm carries half of the weight at the end of a level femur."""
     robot = hp.load_robot("kharagpur")
-    model, q = robot.model, robot.stand().q
-    import pinocchio as pin
-
-    data = model.createData()
-    pin.forwardKinematics(model, data, q)
-    joint = model.getJointId("lm_femur_joint")
+    model, data = robot.model, robot.model.createData()
+    pin.forwardKinematics(model, data, robot.stand().q)
+    joint, foot = model.getJointId("lm_femur_joint"), robot.foot("lm_foot")
     at = data.oMi[joint].translation
-    foot = data.oMi[model.getJointId(robot.foot("lm_foot").joint)].act(robot.foot("lm_foot").offset)
+    sole = data.oMi[model.getJointId(foot.joint)].act(foot.offset)
     own = sum(
         model.inertias[j].mass * (data.oMi[j].act(model.inertias[j].lever) - at)[1]
         for j in model.subtrees[joint]
     )
-    lever = 9.81 * (0.5 * robot.total_mass * (foot - at)[1] - own)
+    lever = 9.81 * (0.5 * robot.total_mass * (sole - at)[1] - own)
     found = standing_torque(robot)[robot.joint_index("lm_femur_joint")]
     assert found == pytest.approx(abs(lever), rel=1e-9)
 
 
-def test_a_robot_too_weak_ends_with_status_3_and_what_it_needs(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_robot_too_weak_ends_with_status_3_and_what_it_needs(run: Run, tmp_path: Path) -> None:
+    """A twentieth of its effort, 0.3 N m."""
     need = max(standing_torque(hp.load_robot("kharagpur")))
-    with pytest.raises(SystemExit) as ended:
-        options = "--cycle-time 0.5 --stroke 0.025 --duration 1.5 --accuracy 1e-2 --no-html --out"
-        main(["walk", str(weak(tmp_path)), *options.split(), str(tmp_path / "w.nc")])
-    printed = capsys.readouterr()
-    assert ended.value.code == DOES_NOT_WALK == 3
-    assert (tmp_path / "w.nc").is_file()
-    assert printed.out.index("does not walk:") < printed.out.index("femur")
-    assert printed.err.startswith("hexapod-pin: ") and printed.err.count("\n") == 1
-    assert f"takes {need:.3g} N m at" in printed.err and "which has 0.3" in printed.err
+    text = hp.urdf_path("kharagpur").read_text()
+    assert text.count('effort="6"') == 18
+    (tmp_path / "weak.urdf").write_text(text.replace('effort="6"', 'effort="0.3"'))
+    options = "--cycle-time 0.5 --stroke 0.025 --duration 1.5 --accuracy 1e-2 --no-html --out w.nc"
+    done = run("walk", "weak.urdf", *options.split())
+    assert done.status == DOES_NOT_WALK == 3 and "w.nc" in done.left
+    assert done.out.index("does not walk:") < done.out.index("femur")
+    assert done.err.startswith("hexapod-pin: ") and done.err.count("\n") == 1
+    assert f"takes {need:.3g} N m at" in done.err and "which has 0.3" in done.err
 
 
 # `--verdict` of `walk`, `run` and `budget`: what they print, and how they stop.
 
-Run = Callable[..., SimpleNamespace]
-WALK = (*"walk kharagpur --gait tripod --cycle-time 0.3 --stroke 0.03 --no-html".split(),)
+WALK = tuple("walk kharagpur --gait tripod --cycle-time 0.3 --stroke 0.03 --no-html".split())
 QUICK = ("--accuracy", "1e-2", "--sample", "0.02")
 WINDOW = ("--duration", "0.9")  # two cycles to start, a steady one
 
@@ -281,20 +252,12 @@ def test_walk_run_and_budget_give_the_verdict_of_the_library(run: Run) -> None:
     assert (walked.status, walked.err) == (0, "")
     expected = hp.study.judge_peaks(hp.load_trace("walk.nc"))
     assert walked.out.endswith(expected.table() + "\n")
-    assert walked.out.index("wrote ") < walked.out.index("Peaks with a verdict")
     again = run("run", "case.toml", "--no-html", "--verdict", "--threads", "2")
     assert again.out.endswith(expected.table() + "\n")
     data = json.loads(run("budget", "walk.nc", "--verdict", "--json").out)
     assert data.pop("verdict") == expected.to_dict()
     assert data == hp.torque_budget(hp.load_trace("walk.nc")).to_dict()
     assert "--verdict" in data["caveat"]
-
-
-def test_a_walk_too_short_for_a_table_has_no_verdict_either(run: Run) -> None:
-    done = run(*WALK, *QUICK, "--duration", "0.2", "--verdict")
-    assert done.status == 0
-    assert done.out.startswith("so far: ") and "(--duration 0.9)" in done.out
-    assert "Peaks with a verdict" not in done.out
 
 
 def test_a_trace_of_ones_own_controller_needs_its_file(run: Run, tmp_path: Path) -> None:
@@ -317,12 +280,10 @@ def test_a_trace_of_ones_own_controller_needs_its_file(run: Run, tmp_path: Path)
     scene = hp.Scene(hp.load_robot("kharagpur"))
     trace = hp.simulate(scene, names["Stand"](), duration=0.2, accuracy=1e-2)
     trace.save("stand.nc")
-    refused = run("budget", "stand.nc", "--verdict")
-    assert (refused.status, refused.out) == (2, "")
-    assert "stand-for-a-verdict" in refused.err
+    unknown = run("budget", "stand.nc", "--verdict")
+    assert unknown.status == 2 and "stand-for-a-verdict" in unknown.err
     done = run("budget", "stand.nc", "--verdict", "--import", "own.py")
-    assert done.status == 0 and "Peaks with a verdict" in done.out
-    assert done.out.endswith(hp.study.judge_peaks(trace).table() + "\n")
+    assert done.status == 0 and done.out.endswith(hp.study.judge_peaks(trace).table() + "\n")
 
 
 def test_ctrl_c_during_the_verdict_leaves_the_walk(
@@ -352,9 +313,8 @@ def test_ctrl_c_during_the_verdict_leaves_the_walk(
 @pytest.mark.parametrize(
     ("torque", "speed", "vain"),
     [
-        (30.0, 6.0, ""), (31.0, 6.0, "31 N m, 3.04 if kgf cm are meant"), (6.0, 100.0, ""),
+        (30.0, 100.0, ""), (31.0, 6.0, "31 N m, 3.04 if kgf cm are meant"),
         (6.0, 101.0, "101 rad/s, 1.76 if degrees/s are meant"), (1e4, 6.0, "10000 N m"),
-        (6.0, 344.0, "344 rad/s, 6 if degrees/s are meant"), (6.0, 1e3, "1000 rad/s"),
         (2e3, 6.0, "2000 N m, 2 if N mm are meant"),
     ],
 )  # fmt: skip
@@ -367,17 +327,10 @@ def test_limits_that_no_motor_has_are_said_to_be_such(
     assert robot.mass == pytest.approx(3.0875, abs=1e-3)
     limits = {"effort_limit": (torque,) * 18, "velocity_limit": (speed,) * 18}
     run = trace.run.model_copy(update={"robot": robot.model_copy(update=limits)})
-    answer = walk_answer(changed(trace, run=run))
+    answer = walk_answer(replace(trace, run=run))
     assert answer.verdict.vain_limits == vain
     ends = f"its limits are no motor's ({vain})" if vain else "nothing at a limit"
     assert answer.headline.endswith(f", {ends}")
-
-
-@cache
-def real_walk() -> Trace:
-    """Return a short walk of kharagpur."""
-    scene = hp.Scene(hp.load_robot("kharagpur"))
-    return hp.simulate(scene, hp.KinematicControl(TRIPOD), duration=3.0, accuracy=1e-3)
 
 
 @pytest.mark.parametrize(("force", "thrown_off"), [(105.0, False), (115.0, True)])
@@ -390,8 +343,7 @@ def test_a_push_before_the_steady_part_is_judged(force: float, thrown_off: bool)
     assert verdict.travel.start == pytest.approx(2.0) and verdict.push is not None
     thrown = trace.q[-1, 1] - trace.q[np.searchsorted(trace.time, 0.5), 1]
     assert verdict.push.offset == pytest.approx(thrown, rel=0.05) and thrown > 0.5
-    assert verdict.push.after is not None and 0.1 < verdict.push.after < 1.5
-    assert 0.5 < (verdict.push.torque or 0.0) <= np.abs(trace.torque).max()
+    assert 0.1 < (verdict.push.after or 0.0) < 1.5
     feet = trace.foot_position[np.searchsorted(trace.time, 0.5), :, :2]
     stance = np.linalg.norm(feet[:, None] - feet, axis=-1).max()
     assert verdict.push.stance == pytest.approx(stance) and (thrown > stance) == thrown_off
@@ -399,7 +351,6 @@ def test_a_push_before_the_steady_part_is_judged(force: float, thrown_off: bool)
     headline = walk_answer(trace).headline
     assert (f"threw it {verdict.push.offset:.3g} m off its track" in headline) == thrown_off
     assert (verdict.push.line in headline) != thrown_off
-    assert hp.walk_verdict(synthetic_trace()).push is None
 
 
 def test_a_push_by_a_torque_has_no_force_in_words() -> None:
@@ -413,20 +364,14 @@ def test_a_push_by_a_torque_has_no_force_in_words() -> None:
     assert " 0 N" not in verdict.line + verdict.advice
 
 
-def test_torques_of_a_run_of_large_error_are_not_to_be_trusted(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_torques_of_a_run_of_large_error_are_not_to_be_trusted(monkeypatch) -> None:
     """Off by 239 %, they were those of a robot that walks, with status 0."""
-    trace = hp.simulate(
-        hp.Scene(hp.load_robot("kharagpur")), hp.KinematicControl(hp.Gait.tripod()), duration=2.4
-    )
+    trace = real_walk()
     assert walk_answer(trace).good
     error = float(trace.error.torque[-1]) / float(np.abs(trace.torque).max())
     monkeypatch.setattr("hexapod_pin.results.walk_cautions.MUCH_ERROR", 0.999 * error)
     answer = walk_answer(trace)
     assert not answer.good and answer.verdict.walks
-    said = (
-        f"torques are NOT to be trusted: the run's own error is {error:.0%} of the largest torque"
-    )
+    said = f"NOT to be trusted: the run's own error is {error:.0%} of the largest torque"
     assert said in answer.headline
     assert "--repair" not in "\n".join([*answer.lines(), answer.verdict.line])
