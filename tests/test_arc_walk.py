@@ -48,21 +48,6 @@ def test_stance_feet_move_on_arcs_about_their_hips() -> None:
         assert feet[~down[:, k], k, 2].max() - held[0, 2] == pytest.approx(0.0130, abs=5e-5)
 
 
-@pytest.mark.parametrize("profile", ["constant", "step"])
-def test_rates_are_those_of_the_paper(profile: str) -> None:
-    """Stance 25 deg/s (STEP: 1.5 times in its middle), swing 75 deg/s, femur 6 deg in 0.4 s."""
-    path = hp.motion.ArcWalk(profile=profile).path(ROBOT)
-    q, v = (np.degrees(x) for x in path.joints(DENSE))
-    down = path.stance(DENSE).T
-    largest = 25.0 if profile == "constant" else 37.5
-    assert np.abs(v[down][:, 0]).max() == pytest.approx(largest, rel=1e-4)
-    assert np.abs(v[~down][:, 0]).max() == pytest.approx(75.0, rel=1e-4)
-    assert np.abs(v[..., 1]).max() == pytest.approx(1.5 * 6.0 / 0.4, rel=1e-4)
-    assert np.abs(v[..., 2]).max() == 0.0
-    ahead = 20.0 + (0.22 if profile == "constant" else 0.0)  # the blend overshoots
-    assert np.abs(q[..., 0]).max() == pytest.approx(ahead, abs=0.01)
-
-
 @pytest.mark.parametrize("robot", ["kharagpur", "athena"])
 def test_all_stance_feet_go_backwards_and_all_femora_lift(robot: str) -> None:
     """A wrong sign on either side fails: joint axes of left and right differ."""
@@ -159,9 +144,6 @@ def test_wrong_settings_are_refused() -> None:
         hp.motion.paper_motion(ROBOT, hp.Gait.tetrapod(cycle_time=0.3))
 
 
-# The same motion as functions of time.
-
-
 def test_legs_lift_in_the_printed_order() -> None:
     """Stages of T/3: legs (2, 3), then (1, 6), then (4, 5) are up by 6 degrees in the middle."""
     motion, time = hp.motion.paper_motion(ROBOT).motion, 0.4 * np.arange(8.0)
@@ -173,23 +155,6 @@ def test_legs_lift_in_the_printed_order() -> None:
         found = np.degrees(function.value_and_rate(time)[0] - ROBOT.posture[joint])
         # a femur rises about its own axis: the sign is the side's
         np.testing.assert_allclose(np.abs(found), wanted, atol=1e-9)
-
-
-def test_feet_go_back_in_stance_and_forward_in_swing() -> None:
-    """By forward kinematics: x of each foot is largest at its placement, R sin 20 deg ahead."""
-    gait, six = hp.Gait.tetrapod(), leg_group(ROBOT)
-    plan = hp.motion.paper_motion(ROBOT).plan(ROBOT, 8.0)
-    curve, time = trajectory_curve(plan), np.linspace(0.0, 2.4, 401)
-    np.testing.assert_allclose(curve(time), curve(time + 2.4), atol=1e-12)  # no ramp
-    for leg, phase in enumerate(gait.phases):
-        placed = (1.0 + phase) * gait.cycle_time
-        rows = curve(np.array([placed, placed + 1.6, placed + 2.0, placed + 2.4]))
-        q = np.stack([six.leg_rows(row) for row in rows], axis=1)
-        feet = six.kinematics.chain.forward(q)[leg] - six.neutral_feet[leg]
-        reach = 0.20284 * np.sin(np.radians(20.0))
-        np.testing.assert_allclose(feet[[0, 1, 3], 0], [reach, -reach, reach], atol=1e-5)
-        assert feet[2, 2] == pytest.approx(0.0130, abs=5e-5)  # mid-swing, up
-        np.testing.assert_allclose(feet[[0, 1, 3], 2], 0.0, atol=1e-9)
 
 
 @pytest.mark.parametrize(

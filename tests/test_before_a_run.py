@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,44 +20,40 @@ class OddKey(Sway):
 
     wrong: str = ""
 
+    def broken(self, name: str, odd: Any, good: Any) -> Any:
+        if self.wrong == name:
+            raise RuntimeError(name)
+        return odd if self.wrong == f"odd {name}" else good
+
     def to_dict(self) -> dict[str, Any]:
-        if self.wrong == "to_dict":
-            raise RuntimeError("no settings")
-        return {**super().to_dict(), "wrong": self.wrong}
+        return self.broken("to_dict", {}, {**super().to_dict(), "wrong": self.wrong})
 
     def start_key(self, scene: hp.Scene) -> Any:
-        if self.wrong == "start_key":
-            raise RuntimeError("no key")
-        return [] if self.wrong == "unhashable" else 0
+        return self.broken("start_key", [], 0)
 
     def start(self, scene: hp.Scene, batch: int) -> Any:
-        if self.wrong == "start":
-            raise RuntimeError("no start")
-        return object() if self.wrong == "odd start" else super().start(scene, batch)
+        return self.broken("start", object(), super().start(scene, batch))
 
     def posture(self, scene: hp.Scene) -> Any:
-        if self.wrong == "posture":
-            raise RuntimeError("no posture")
-        return [0.0] if self.wrong == "short posture" else scene.robot.posture
+        return self.broken("posture", [0.0], scene.robot.posture)
 
 
 @pytest.mark.parametrize(
     "wrong",
-    ["to_dict", "start_key", "unhashable", "start", "odd start", "posture", "short posture"],
+    ["to_dict", "start_key", "odd start_key", "start", "odd start", "posture", "odd posture"],
 )
 def test_what_is_called_before_a_run_ends_no_other(wrong: str) -> None:
     cases = [hp.Case(SCENE, OddKey(wrong=word), duration=0.02) for word in ("", wrong, "")]
     one, error, other = hp.simulate_batch(cases)
     assert isinstance(one, hp.Trace) and isinstance(other, hp.Trace)
     assert isinstance(error, HexapodError) and error.trace is None
-    if wrong in ("to_dict", "start_key", "start", "posture"):
+    if not wrong.startswith("odd"):
         assert isinstance(error, UserCodeError) and error.call == f"OddKey.{wrong}"
 
 
 def test_a_case_without_duration_is_a_result_of_its_own() -> None:
-    error, good = hp.simulate_batch([
-        hp.Case(SCENE, Sway()), hp.Case(SCENE, Sway(), duration=0.02),
-    ])  # fmt: skip
+    cases = [hp.Case(SCENE, Sway()), hp.Case(SCENE, Sway(), duration=0.02)]
+    error, good = hp.simulate_batch(cases)
     assert isinstance(error, ParameterError) and error.name == "Case.duration"
     assert isinstance(good, hp.Trace)
 
@@ -81,13 +77,10 @@ class Planner:
 def narrow() -> Any:
     """Return a plan of two joints."""
     plan = hp.HoldPosture().plan(ROBOT, 1.0)
-    return type(plan)(
-        plan.time, plan.q[:, :2], plan.v[:, :2], None, 0.0, 1.0, np.array([1.0, 0.0]), 0.0,
-        kind=plan.kind,
-    )  # fmt: skip
+    return replace(plan, q=plan.q[:, :2], v=plan.v[:, :2])
 
 
-@pytest.mark.parametrize("planned", [None, "a walk", 1.0, narrow(), ValueError("no plan")])
+@pytest.mark.parametrize("planned", [None, narrow(), ValueError("no plan")])
 def test_a_plan_that_is_none_is_refused(planned: Any) -> None:
     with pytest.raises(HexapodError) as caught:
         hp.simulate(SCENE, Planner(planned), duration=0.02)
@@ -98,26 +91,18 @@ def test_a_plan_that_is_none_is_refused(planned: Any) -> None:
         assert isinstance(error, ParameterError) and "Planner.plan" in error.name
 
 
-@pytest.mark.parametrize(
-    "settings", [[], "text", {"gain": None}, {"gain": object()}, {"gait": {"turn_rate": "fast"}},
-                 {1: 2.0}, {"gain": np.arange(3)}],
-)  # fmt: skip
+@pytest.mark.parametrize("settings", [[], {"gain": None}, {1: 2.0}, {"gain": np.arange(3)}])
 def test_settings_that_no_file_takes_are_refused_before_the_run(settings: Any) -> None:
     """They ended the run when it was over."""
-    plan = hp.HoldPosture().plan(ROBOT, 1.0)
-    if settings == {"gait": {"turn_rate": "fast"}}:
-        assert hp.simulate(SCENE, Planner(plan, settings), duration=0.02).time[-1] > 0.0
-        return
     with pytest.raises(ParameterError) as caught:
-        hp.simulate(SCENE, Planner(plan, settings), duration=0.02)
+        hp.simulate(SCENE, Planner(hp.HoldPosture().plan(ROBOT, 1.0), settings), duration=0.02)
     assert caught.value.name.startswith("Planner.to_dict")
 
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("period", "fast"), ("period", None), ("period", True), ("period", 0.0), ("period", np.nan),
-     ("delay", "late"), ("delay", [0.0]), ("delay", -1.0), ("gait", "tripod"), ("sensors", 3)],
-)  # fmt: skip
+    [("period", None), ("period", 0.0), ("delay", -1.0), ("gait", "tripod"), ("sensors", 3)],
+)
 def test_attributes_of_a_controller_are_checked(name: str, value: Any) -> None:
     class Odd:
         period, delay, start, update = TICK, 0.0, Sway().start, Sway().update

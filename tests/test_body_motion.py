@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -21,10 +19,10 @@ FUNCTIONS = {
 }
 
 
-def stiff_scene(**options: Any) -> hp.Scene:
+def stiff_scene() -> hp.Scene:
     robot = hp.load_robot("kharagpur")
     servo = hp.Servo.from_effort(robot, error=0.003).model_copy(update={"limited": False})
-    return hp.Scene(robot, servo=servo, **options)
+    return hp.Scene(robot, servo=servo)
 
 
 def roll_pitch_yaw(q: Array) -> Array:
@@ -92,32 +90,21 @@ def test_trunk_offset_is_a_rotation_with_its_angular_velocity() -> None:
     np.testing.assert_allclose(roll_pitch_yaw(start), [0.2, -0.3, 0.5], atol=1e-15)
 
 
-@pytest.mark.parametrize("terrain", [hp.Flat(), hp.Slope(angle=0.1)])
-def test_a_run_starts_and_stays_in_the_commanded_pose(terrain: Any) -> None:
-    """Six feet touch; the trunk is where the motion puts it, relative to the ground."""
+def test_a_run_starts_and_stays_in_the_commanded_pose() -> None:
+    """Six feet touch; the trunk is where the motion puts it."""
     motion = hp.motion.BodyMotion(
         height=-0.01, roll=-0.04, pitch=0.05, yaw=0.1, forward=0.01, lateral=-0.02
     )
-    scene = stiff_scene(terrain=terrain)
     control = hp.KinematicControl(GAIT.with_changes(stroke=0.0), body=motion)
-    trace = hp.simulate(scene, control, duration=0.3, accuracy=1e-4)
-    level = pin.Quaternion(*scene_tilt(terrain)).toRotationMatrix()
-    height = scene.robot.stand().q[2]
+    trace = hp.simulate(stiff_scene(), control, duration=0.3, accuracy=1e-4)
+    robot = hp.load_robot("kharagpur")
+    wanted = np.array([0.01, -0.02, -0.01 + robot.stand().q[2]])
     for row, tolerance in ((0, 1e-12), (-1, 5e-4)):  # the load presses feet and servos 0.3 mm down
-        q = trace.q[row]
-        place = level.T @ q[:3] - [0.0, 0.0, height]
-        turn = level.T @ pin.Quaternion(*q[[6, 3, 4, 5]]).toRotationMatrix()
-        if isinstance(terrain, hp.Flat):  # on a slope the feet are moved up along z, not the normal
-            np.testing.assert_allclose(place, [0.01, -0.02, -0.01], atol=tolerance)
-        np.testing.assert_allclose(pin.rpy.matrixToRpy(turn), [-0.04, 0.05, 0.1], atol=tolerance)
+        np.testing.assert_allclose(trace.q[row, :3], wanted, atol=tolerance)
+        np.testing.assert_allclose(roll_pitch_yaw(trace.q[row]), [-0.04, 0.05, 0.1], atol=tolerance)
     assert np.abs(trace.foot_gap[0]).max() < 1e-12
-
-
-def scene_tilt(terrain: Any) -> tuple[float, ...]:
-    """Return w, x, y, z of the rotation from level to the ground."""
-    normal = np.array(terrain.surface().normal)
-    tilt = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), normal)
-    return tuple(np.asarray(tilt.coeffs())[[3, 0, 1, 2]])
+    short = control.plan(robot, 5e-324)  # its length was divided by
+    assert len(short.time) > 1 and (short.q[0] == control.plan(robot, 2.0).q[0]).all()
 
 
 def test_a_walking_trunk_follows_its_motion() -> None:
@@ -160,17 +147,6 @@ def test_a_motion_or_command_beyond_reach_is_refused_with_its_time() -> None:
     slower = hp.motion.VelocityCommand(time=(0.0, 1.25), forward=(0.05, 0.98 * limit))
     hp.KinematicControl(GAIT, velocity=slower).plan(robot, 5.0)
     hp.KinematicControl(GAIT, velocity=fast).plan(robot, 0.5)  # ends before
-
-
-def test_a_plan_of_no_length_begins_like_a_long_one() -> None:
-    """It reaches to the first event at least: before, that of 0 s was divided by."""
-    robot, body = hp.load_robot("kharagpur"), hp.motion.BodyMotion(height=FUNCTIONS["sine"])
-    control = hp.KinematicControl(GAIT, body=body)
-    short, long = control.plan(robot, 5e-324), control.plan(robot, 2.0)
-    count = len(short.time)
-    assert 1 < count < len(long.time) and short.time[-1] > 0.0
-    np.testing.assert_array_equal(short.q[0], long.q[0])
-    np.testing.assert_allclose(short.q, long.q[:count], atol=1e-12)
 
 
 def test_constant_offsets_beyond_reach_say_how_far_they_can_go() -> None:

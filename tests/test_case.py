@@ -49,21 +49,21 @@ class Crouch:
 
 CASES = {
     "walk": walk(duration=0.3, accuracy=1e-5 / 3.0),
-    "hold": hp.Case(hp.Scene(ROBOT), hp.HoldPosture(), duration=0.3, method="robust", step=1e-3),
     "hold some": hp.Case(hp.Scene(ROBOT), hp.HoldPosture({"lf_femur_joint": 0.1 / 3})),
-    "hold all": hp.Case(hp.Scene(ROBOT), hp.HoldPosture(ROBOT.posture + 1e-3)),
+    "hold all": hp.Case(hp.Scene(ROBOT), hp.HoldPosture(ROBOT.posture + 1e-3), method="robust"),
     "held": hp.Case(
         hp.Scene(ROBOT), hp.motion.SampledTrajectory([0.0, 0.1 / 3], [ROBOT.posture, ROBOT.posture])
     ),
     "state": walk(initial=replace(ROBOT.stand(), v=np.full(24, 1e-3 / 7)), duration=0.1),
     "trunk": hp.Case(
         hp.Scene(
-            ROBOT,
+            hp.load_robot("athena", foot_radius=0.03 / 7, posture=[0.0, 0.5, 1.0 / 3] * 6),
             loads=[
                 hp.Payload("base_link", mass=0.1 / 3, position=(0.0, 0.0, 0.05)),
                 hp.Push("base_link", force=(1.0 / 3, 0.0, 0.0), start=0.1, duration=0.2),
                 hp.LostLeg("lf", 0.7),
             ],
+            terrain=hp.Slope(angle=0.1 / 3),
         ),
         hp.KinematicControl(
             GAIT.model_copy(update={"turn_rate": 0.0}),
@@ -71,14 +71,6 @@ CASES = {
             velocity=VelocityCommand(time=(0.0, 1.0 / 3), forward=(0.02, 0.01 / 3)),
         ),
         duration=0.5,
-    ),
-    "radius": hp.Case(
-        hp.Scene(hp.load_robot("athena", foot_radius=0.03 / 7, posture=[0.0, 0.5, 1.0 / 3] * 6)),
-        hp.HoldPosture(),
-        duration=0.1,
-    ),
-    "ground": hp.Case(
-        hp.Scene(ROBOT, terrain=hp.Slope(angle=0.1 / 3)), hp.HoldPosture(), duration=1.0, sample=0.1
     ),
 }
 
@@ -102,37 +94,27 @@ def test_a_case_comes_back_as_it_was(name: str) -> None:
 def test_a_case_repeats_and_goes_on(tmp_path: Path) -> None:
     """Its trace carries it, which repeats to the bit; it may go on from a checkpoint."""
     case = CASES["walk"]
-    settings = dict(duration=0.3, accuracy=1e-5 / 3.0)
-    trace = hp.simulate(case.scene, case.controller, **settings)
-    assert hp.load_case(trace) == case and trace.case_toml == case.to_toml()
-    stored = hp.load_trace(trace.save(tmp_path / "walk.nc"))
-    again = hp.load_case(stored)
-    repeated = hp.simulate(again.scene, again.controller, initial=again.initial, **settings)
-    for name in ("time", "q", "v", "torque", "foot_force", "com"):
-        assert np.array_equal(getattr(repeated, name), getattr(trace, name)), name
-    case = CASES["walk"]
-    first = hp.simulate(case.scene, case.controller, duration=0.1)
-    then = replace(case, initial=first.checkpoint, duration=0.2)
+    trace = case.run()
+    assert trace.case_toml == case.to_toml()
+    again = hp.load_case(hp.load_trace(trace.save(tmp_path / "walk.nc")))
+    assert again == case and again.run() == trace
+    then = replace(case, initial=trace.checkpoint, duration=0.2)
     back = hp.load_case(then.save(tmp_path / "case.toml"))
-    assert back == then
     one, two = hp.simulate_batch([then, back], errors="raise")
-    assert np.array_equal(one.q, two.q) and one.time[0] == 0.1
-    assert hp.load_case(one) == then
+    assert np.array_equal(one.q, two.q) and one.time[0] == 0.3
+    assert hp.load_case(one) == then == back
 
 
 def test_a_digest_is_of_the_meaning() -> None:
     plain = walk(duration=2)
     same = [
-        walk(duration=2.0, accuracy=1e-4, torque_accuracy="1 %"),
-        walk(duration=2.0, method="ndf", accuracy=1e-4, torque_accuracy="1 %"),
-        walk(duration=2.0, sample=0.002),
+        walk(duration=2.0, method="ndf", accuracy=1e-4, torque_accuracy="1 %", sample=0.002),
         replace(plain, scene=replace(plain.scene, robot=hp.load_robot(urdf_path("kharagpur")))),
     ]
     others = [
         walk(duration=2.001, sample=1e-3), walk(duration=2, accuracy=math.nextafter(1e-4, 1.0)),
-        walk(duration=2, method="robust"), walk(duration=2, method="x3"),
-        walk(duration=2, initial=ROBOT.stand()),
-        replace(plain, controller=hp.HoldPosture()), replace(plain, scene=hp.Scene(ROBOT)),
+        walk(duration=2, method="robust"), walk(duration=2, initial=ROBOT.stand()),
+        replace(plain, controller=hp.HoldPosture()),
         replace(plain, scene=replace(plain.scene, robot=hp.load_robot("athena"))),
     ]  # fmt: skip
     for case in same:
@@ -157,28 +139,24 @@ def test_robots_of_files(tmp_path: Path) -> None:
         hp.load_case(there / "case.toml")
     first, second = (hp.Case.from_toml(CASES["walk"].to_toml()) for _ in range(2))
     assert first.scene.robot is second.scene.robot
-    other = hp.Case.from_toml(CASES["radius"].to_toml())
-    assert other.scene.robot.feet[0].radius == 0.03 / 7
 
 
 REFUSED = [
     ("schema = 1", "schema = 2", "case.schema"),
     ("duration = 0.3", 'duration = "0.3"', "Case.duration"),
     ("duration = 0.3", "duration = 0.3\nlength = 3", "run.length"),
-    ("duration = 0.3", "duration = -0.3", "run: duration"),
     ('kind = "kinematic"', 'kind = "dance"', "controller.kind"),
-    ('kind = "kinematic"', 'kind = "kinematic"\nlegs = 6', "controller.legs"),
     ("lift = 0.02", 'lift = "far"', "controller: Gait.lift"),
     ("[scene.servo]", "[scene.servo]\nki = 1.0", "scene: Servo.ki"),
-    ("[scene.terrain]", "[scene.wind]\nspeed = 1\n[scene.terrain]", "scene.wind"),
     ("[scene.robot]", "[scene.robot]\nwheels = 4", "scene.robot.wheels"),
-    ("[scene.robot]", "[scene.robots]", "scene.robot"),
     ("[controller]", "[controllers]", "case.controller"),
 ]
 
 
 @pytest.mark.parametrize(("old", "new", "name"), REFUSED)
 def test_what_is_wrong_is_named_with_its_path(old: str, new: str, name: str) -> None:
+    with refused(ParameterError, "case file", "none.toml"):
+        hp.load_case("none.toml")
     text = CASES["walk"].to_toml()
     assert old in text
     with pytest.raises(ParameterError) as caught:
@@ -192,12 +170,11 @@ def test_a_controller_of_ones_own_is_saved_once_it_is_registered(tmp_path: Path)
     with refused(ParameterError, "Case.controller", "Crouch", about=about):
         case.save(tmp_path / "case.toml")
     assert not list(tmp_path.iterdir())
-    assert case == case and case != hp.Case(hp.Scene(ROBOT), Crouch(0.2 / 3), duration=0.1)
     trace = hp.simulate(case.scene, case.controller, duration=0.1)
     with refused(ParameterError, "controller.kind", "crouch"):
         hp.load_case(trace)
-    hp.register_controller("crouch", read_crouch)
-    hp.register_controller("crouch", read_crouch)  # the same again: no harm
+    for _ in range(2):  # the same again: no harm
+        hp.register_controller("crouch", read_crouch)
     assert hp.load_case(case.save(tmp_path / "case.toml")).controller == Crouch(0.2 / 3)
     assert hp.load_case(trace).controller == Crouch(0.2 / 3)
     with refused(ParameterError, "kind", "hold"):
@@ -207,11 +184,4 @@ def test_a_controller_of_ones_own_is_saved_once_it_is_registered(tmp_path: Path)
 
 
 def read_crouch(data: Any) -> Crouch:
-    """Return the controller of its settings."""
     return Crouch(data["angle"])
-
-
-def test_no_such_file(tmp_path: Path) -> None:
-    with refused(ParameterError, "case file", str(tmp_path / "none.toml")) as caught:
-        hp.load_case(tmp_path / "none.toml")
-    assert isinstance(caught.value.__cause__, FileNotFoundError)

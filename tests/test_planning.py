@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import gc
-import tracemalloc
 import weakref
 from pathlib import Path
 
@@ -38,17 +37,6 @@ GAITS = {
     "turning": Gait.ripple(stroke=0.05, turn_rate=0.1, heading=0.5),
     "no event at whole cycles": Gait.custom((0.1, 0.4, 0.7, 0.6, 0.9, 0.2), 0.71, stroke=0.06),
 }
-
-
-def test_positions_and_velocities_together_are_those_apart() -> None:
-    robot = load_robot("athena")
-    path = FootPath(GAITS["turning"], leg_group(robot).neutral_feet, stop_at=16.8)
-    time = np.linspace(0.0, 20.0, 777)
-    p_BF, v_BF = path.positions_and_velocities(time)
-    np.testing.assert_array_equal(p_BF, path.positions(time))
-    np.testing.assert_array_equal(v_BF, path.velocities(time))
-    few = [0, 300, 776]  # footholds far apart are not tabulated
-    np.testing.assert_array_equal(path.positions(time[few]), p_BF[few])
 
 
 def directly(robot: Robot, gait: Gait, end: float, stop_at: float | None) -> list[Array]:
@@ -98,19 +86,6 @@ def test_legs_of_another_shape_walk_for_many_cycles(tmp_path: Path) -> None:
     _, q, v = directly(robot, gait, 6.0, None)
     np.testing.assert_allclose(plan.q, q, atol=1e-8)  # Newton's tolerance of 1e-9 m over 0.1 m
     np.testing.assert_allclose(plan.v, v, atol=1e-7)
-
-
-def test_a_long_plan_takes_little_more_memory_than_its_knots() -> None:
-    robot, control = load_robot("kharagpur"), KinematicControl(GAITS["tetrapod"])
-    control.plan(robot, 10.0)
-    gc.collect()
-    tracemalloc.start()
-    plan = control.plan(robot, 400.0)
-    own = plan.time.nbytes + plan.q.nbytes + plan.v.nbytes
-    peak = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
-    assert len(plan.time) == pytest.approx(400.0 / 0.005, rel=0.02)
-    assert peak < 1.3 * own
 
 
 def test_a_gait_is_checked_once_for_equal_robots(monkeypatch: pytest.MonkeyPatch) -> None:

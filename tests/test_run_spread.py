@@ -17,7 +17,7 @@ import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError, ViewerError
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.view import write_html, write_side_by_side
-from hexapod_pin.view.html import live_viewer, page_text
+from hexapod_pin.view.html import live_viewer
 
 MUS = (0.7, 0.05, 0.3, 0.12)
 
@@ -30,10 +30,8 @@ def traces() -> list[Trace]:
     for mu in MUS:
         friction = hp.contact.StickSlip(mu=mu, mu_dynamic=mu, stiffness=2e4, damping=60.0)
         contact = hp.Contact(normal=scene.contact.normal, friction=friction)
-        control = hp.KinematicControl(gait)
-        found.append(
-            hp.simulate(replace(scene, contact=contact), control, duration=1.6, estimate=False)
-        )
+        one, control = replace(scene, contact=contact), hp.KinematicControl(gait)
+        found.append(hp.simulate(one, control, duration=1.6, estimate=False))
     return found
 
 
@@ -62,10 +60,6 @@ def test_the_page_holds_the_samples_of_every_run(path: Path, traces: list[Trace]
     listed = ", ".join(f"{mu:g}" for mu in MUS)
     assert f"contact friction mu ({listed})" in spread["differ"]
     assert spread["differ"].startswith("they differ in ") and "digest" not in spread["differ"]
-    # What is played comes first in the block: the first picture waits for no run of the spread.
-    first = [place for place in data.runs[0]["channels"].values()]
-    assert max(first) < min(p for run in spread["runs"] for p in run["channels"].values())
-    assert data.runs[0]["ground"]["heights"] <= data.runs[0]["channels"]["angle"]
 
 
 def test_bands_are_drawn_and_read_at_the_cursor(
@@ -79,12 +73,9 @@ def test_bands_are_drawn_and_read_at_the_cursor(
     j = traces[0].joint("lf_femur_joint")
     expected = {
         "Torque": ("lf", lambda t: t.torque[:, j], 5.1e-4),
-        "Foot forces": ("lf", lambda t: t.normal_force[:, t.foot_names.index("lf_foot")], 0.02),
         "Static stability margin":
             ("margin", lambda t: 1e3 * hp.stability(t, whole=True).static_margin, 6e-3),
-        "Trunk height": ("height", lambda t: 1e3 * t.q[:, 2], 6e-3),
         "Power": ("lf_femur", lambda t: t.torque[:, j] * t.v[:, 6 + j], 1e-2),
-        "Slip since touch-down": ("lf", None, 0.0),
     }  # fmt: skip
     found = page.evaluate(
         """() => Object.fromEntries(playback.plots.filter((plot) => plot.series).map((plot) => {
@@ -97,9 +88,6 @@ def test_bands_are_drawn_and_read_at_the_cursor(
     for title, (name, values, bound) in expected.items():
         total = len(found[title][name]) // 2  # samples, and states kept of peaks
         low, high = found[title][name][:count], found[title][name][total:][:count]
-        if values is None:
-            assert max(high) > 2.0 > 4.0 * max(low)  # feet slide by 2 mm [mm], and not on all
-            continue
         least, most = band(traces, values)
         np.testing.assert_allclose(low, least, atol=bound, rtol=1e-3, err_msg=title)
         np.testing.assert_allclose(high, most, atol=bound, rtol=1e-3, err_msg=title)
@@ -113,36 +101,6 @@ def test_bands_are_drawn_and_read_at_the_cursor(
     shown = [float(text.strip("()")) for text in (value, low, high)]
     assert shown == pytest.approx([traces[0].torque[at, j], least[at], most[at]], abs=1.01e-3)
     assert page.evaluate("playback.values().band") == pytest.approx([least[at], most[at]], abs=6e-4)
-    words = page.locator("p.spread").inner_text()
-    assert f"{len(MUS)} runs at the same time" in words and "friction mu (0.7, 0.05" in words
-    # Pixels: in the middle of the band's part without a curve, and beyond its end.
-    colors = page.evaluate(
-        """([time, values]) => {
-        const plot = playback.plots.find(({title}) => title === "Torque"), ratio = devicePixelRatio;
-        playback.seek(0);  // no cursor there
-        playback.draw();
-        const context = plot.canvas.getContext("2d"), x = Math.round(plot.x(time) * ratio);
-        const at = (v) => context.getImageData(x, Math.round(plot.Y(v) * ratio), 1, 1);
-        return values.map((v) => [...at(v).data]);
-        }""",
-        [float(traces[0].time[at]), np.linspace(least[at], most[at], 41).tolist()],
-    )  # fmt: skip
-    assert np.mean([color[3] > 0 for color in colors]) > 0.9
-    # The worst instant stays that of the run that is played; the table has each run's own.
-    rows = page.evaluate("playback.worst")
-    alone = PageData(page_text({"": traces[0]})).runs[0]["worst"]
-    assert [(r["key"], r["value"], r["time"]) for r in rows] == [
-        (r["key"], r["value"], r["time"]) for r in alone
-    ]
-    k = next(k for k, row in enumerate(rows) if row["key"] == "femur torque")
-    page.locator("#worst button").nth(k).click()
-    settled(page)
-    assert page.evaluate("playback.state.time") == rows[k]["time"]
-    cells = page.locator("#worst tr").nth(k + 1).locator("td").last.inner_text().split()
-    own = [one["value"] for run in page.evaluate("playback.data.runs[0].spread.runs")
-           for one in run["worst"] if one["key"] == "femur torque"]  # fmt: skip
-    every = [rows[k]["value"], *own]
-    assert [float(cells[0]), float(cells[2])] == pytest.approx([min(every), max(every)], abs=6e-4)
     assert not page.faults
     page.close()
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import pinocchio as pin
 import pytest
 
 from hexapod_pin import native
@@ -58,16 +59,12 @@ class Motion:
 
     def q(self, k: int) -> Array:
         """Return Pinocchio's configuration: yaw, then pitch, then roll."""
-        import pinocchio as pin
-
         turn = pin.rpy.rpyToMatrix(self.roll[k], self.pitch[k], self.yaw[k])
         base = [self.path[k, 0], self.path[k, 1], self.height[k]]
         return np.array([*base, *pin.Quaternion(turn).coeffs(), *self.angle[k]])
 
     def v(self, k: int) -> Array:
         """Return the velocity; the trunk moves straight up with `rise`, and spins (own axes)."""
-        import pinocchio as pin
-
         turn = pin.rpy.rpyToMatrix(self.roll[k], self.pitch[k], self.yaw[k])
         return np.array([*(turn.T @ [0.0, 0.0, self.rise[k]]), *self.spin[k], 7.0, *self.rate[k]])
 
@@ -184,58 +181,47 @@ def test_the_99th_percentile_is_within_half_a_percent(gathered: Any) -> None:
     assert data["torque_p99"] == pytest.approx(exact, rel=5e-3)
 
 
-@pytest.mark.parametrize("size", [1e-9, 1e-3, 1.0, 7e5, 1e11])
+class OneJoint:
+    """The summary of a robot with one joint and no feet."""
+
+    def __init__(self, start: float, end: float, cycle: float) -> None:
+        """Set the window."""
+        self.summary = native.RunSummary(1, 0)
+        self.summary.set_window(start, end, cycle)
+
+    def fed(self, time: Array, torque: Array) -> dict[str, Any]:
+        """Record states; return what was gathered so far."""
+        q, v, none = np.array([0, 0, 0, 0, 0, 0, 1, 0.0]), np.zeros(7), np.zeros(0)
+        for t, value in zip(time, torque, strict=True):
+            force = np.zeros((0, 3))
+            self.summary.record(t, q, v, np.array([value]), force, none, none, np.zeros(3))
+        return dict(self.summary.data())
+
+
+@pytest.mark.parametrize("size", [1e-9, 1.0, 1e11])
 def test_percentiles_of_any_size(size: float) -> None:
-    summary = native.RunSummary(1, 0)
     torque = size * RNG.lognormal(sigma=1.5, size=20000)
-    feed_torques(summary, 1e-3 * np.arange(20000), torque)
-    exact = np.percentile(torque, 99.0)
-    assert summary.data()["torque_p99"][0] == pytest.approx(exact, rel=1e-2)
+    data = OneJoint(0.0, 1e9, 0.0).fed(1e-3 * np.arange(20000), torque)
+    assert data["torque_p99"][0] == pytest.approx(np.percentile(torque, 99.0), rel=1e-2)
 
 
-def feed_torques(summary: Any, time: Array, torque: Array) -> None:
-    """Record states of a robot with one joint and no feet."""
-    q, v, none = np.array([0, 0, 0, 0, 0, 0, 1, 0.0]), np.zeros(7), np.zeros(0)
-    for t, value in zip(time, torque, strict=True):
-        summary.record(t, q, v, np.array([value]), np.zeros((0, 3)), none, none, np.zeros(3))
-
-
-def test_a_cycle_may_end_at_the_last_state_but_for_rounding() -> None:
+def test_cycles_begin_and_end_with_states_but_for_rounding() -> None:
     """2.4 + 2 x 2.4 is 7.199999999999999 and 3600 x 0.002 is 7.2; 1000 x 0.0072 falls short."""
     for step, count in ((0.002, 3600), (0.0072, 1000)):
-        summary = native.RunSummary(1, 0)
-        summary.set_window(2.4, 7.2, 2.4)
-        feed_torques(summary, step * np.arange(count + 1), np.ones(count + 1))
-        data = summary.data()
+        data = OneJoint(2.4, 7.2, 2.4).fed(step * np.arange(count + 1), np.ones(count + 1))
         assert data["cycles"] == 2 and data["window_time"] == pytest.approx(4.8, abs=1e-8)
+    late = OneJoint(1.0, 10.0, 1.0).fed(np.linspace(2.5, 6.2, 371), np.ones(371))  # goes on
+    assert late["cycles"] == 3 and late["path"][0, 0] == 3.0 and late["path"][-1, 0] == 6.0
+    short = OneJoint(1.0, 10.0, 1.0).fed(np.linspace(0.0, 1.5, 151), -np.ones(151))
+    assert short["cycles"] == 0 and "torque_peak" not in short and len(short["path"]) == 0
+    assert short["outside_torque"][0] == -1.0
 
 
 def test_without_cycles_the_window_is_as_given_and_may_be_asked_at_any_time() -> None:
-    summary = native.RunSummary(1, 0)
-    summary.set_window(1.0, 2.0, 0.0)
-    time = np.linspace(0.0, 3.0, 3001)
-    feed_torques(summary, time[:1501], time[:1501])
-    half = summary.data()
+    joint, time = OneJoint(1.0, 2.0, 0.0), np.linspace(0.0, 3.0, 3001)
+    half = joint.fed(time[:1501], time[:1501])
     assert half["window_time"] == pytest.approx(0.5, abs=1e-12) and half["torque_peak"][0] == 1.5
-    feed_torques(summary, time[1501:], time[1501:])
-    whole = summary.data()
+    whole = joint.fed(time[1501:], time[1501:])
     assert whole["window_time"] == pytest.approx(1.0, abs=1e-12)
     assert whole["torque_peak"][0] == 2.0 and whole["outside_torque"][0] == 3.0
     assert whole["torque_rms"][0] == pytest.approx(np.sqrt((2.0**3 - 1.0) / 3.0), rel=1e-6)
-
-
-def test_a_run_that_goes_on_begins_with_its_next_whole_cycle() -> None:
-    summary = native.RunSummary(1, 0)
-    summary.set_window(1.0, 10.0, 1.0)
-    feed_torques(summary, np.linspace(2.5, 6.2, 371), np.ones(371))
-    data = summary.data()
-    assert data["cycles"] == 3 and data["path"][0, 0] == 3.0 and data["path"][-1, 0] == 6.0
-
-
-def test_a_run_without_a_whole_cycle_has_no_peaks_to_tell() -> None:
-    summary = native.RunSummary(1, 0)
-    summary.set_window(1.0, 10.0, 1.0)
-    feed_torques(summary, np.linspace(0.0, 1.5, 151), -np.ones(151))
-    data = summary.data()
-    assert data["cycles"] == 0 and "torque_peak" not in data and len(data["path"]) == 0
-    assert data["outside_torque"][0] == -1.0

@@ -48,16 +48,9 @@ def test_a_summary_agrees_with_samples_at_every_accepted_step(trace: hp.Trace) -
     assert (summary.torque_p99 >= 0.99 * low).all() and (summary.torque_p99 <= 1.01 * high).all()
     assert np.array_equal(summary.angle_max, trace.q[inside, 7:].max(axis=0))
     assert summary.height_max == trace.q[inside, 2].max()
-    trunk = {"height_rms": trace.q[inside, 2] - summary.height_mean}
-    trunk |= {"roll_rate_rms": trace.v[inside, 3], "pitch_rate_rms": trace.v[inside, 4]}
-    for name, values in trunk.items():
-        assert getattr(summary, name) == pytest.approx(rms(time, values), rel=1e-9), name
-    weight = np.ones(len(time))
-    weight[[0, -1]] = np.sqrt(0.5)  # the trapezoidal rule's
-    line = np.polyfit(time, trace.q[inside, 2], 1, w=weight)
-    heave = rms(time, trace.q[inside, 2] - np.polyval(line, time))
-    assert summary.heave_rms == pytest.approx(heave, rel=1e-8)
-    assert summary.height_mean == pytest.approx(trace.q[inside, 2].mean(), rel=1e-4)
+    for name, column in (("roll_rate_rms", 3), ("pitch_rate_rms", 4)):
+        value = rms(time, trace.v[inside, column])
+        assert getattr(summary, name) == pytest.approx(value, rel=1e-9), name
 
 
 def rms(time: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -84,39 +77,21 @@ def test_feet_and_way(trace: hp.Trace) -> None:
 def test_friction_work_is_what_sliding_takes_from_the_robot() -> None:
     """A robot slides to rest on still legs: v = v0 - mu g t, and what is left of m v^2 / 2 is work.
 
-    The window is the second half of the run; trunk and legs sway a little while they slide.
+    The window is the second half of the run; trunk and legs sway a little while they slide. Still
+    legs do not roll: the velocity of the contact point is that of the foot's centre.
     """
     mu, speed = 0.2, 2.0
     scene = hp.Scene(SCENE.robot, contact=hp.Contact.accurate().with_mu(mu))
     still = hp.simulate(scene, hp.HoldPosture(), duration=0.5)
-    v = np.zeros(len(still.v[-1]))
-    v[0] = speed
-    state = hp.State(still.q[-1], v)
+    state = hp.State(still.q[-1], np.array([speed, *np.zeros(23)]))
     trace = hp.simulate(scene, hp.HoldPosture(), duration=1.2, initial=state, accuracy=1e-5)
-    begin, end = trace.summary.start, trace.summary.end
-    time, power = friction_power(trace)
-    inside = (time >= begin - 1e-9) & (time <= end + 1e-9)
-    work = np.trapezoid(power[inside], time[inside], axis=0)
-    assert trace.summary.friction_work == pytest.approx(work, rel=0.01)
-    left = 0.5 * SCENE.robot.total_mass * (speed - mu * 9.81 * begin) ** 2
-    assert trace.summary.friction_work.sum() == pytest.approx(left, rel=0.02)
-
-
-def friction_power(trace: hp.Trace) -> tuple[np.ndarray, np.ndarray]:
-    """Return times (T,) and |friction force . velocity of the foot| (T, F) on level ground [W].
-
-    Still legs do not roll: the velocity of the contact point is that of the foot's centre.
-    """
     velocity = np.gradient(trace.foot_position[..., :2], trace.time, axis=0)
-    return trace.time, np.abs(np.sum(trace.foot_force[..., :2] * velocity, axis=-1))
-
-
-def test_a_summary_without_one_of_its_numbers_is_refused(trace: hp.Trace, tmp_path: Path) -> None:
-    found = json.loads(trace.summary.to_json())
-    del found["data"]["friction_work"]
-    path = write(tmp_path / "old.json", json.dumps(found))
-    with refused(TraceFileError, about=(str(path), "data.friction_work")):
-        hp.load_summary(path)
+    power = np.abs(np.sum(trace.foot_force[..., :2] * velocity, axis=-1))
+    inside = trace.time >= trace.summary.start - 1e-9
+    work = np.trapezoid(power[inside], trace.time[inside], axis=0)
+    assert trace.summary.friction_work == pytest.approx(work, rel=0.01)
+    left = 0.5 * SCENE.robot.total_mass * (speed - mu * 9.81 * trace.summary.start) ** 2
+    assert trace.summary.friction_work.sum() == pytest.approx(left, rel=0.02)
 
 
 def test_the_core_and_the_record_name_the_same_numbers() -> None:
@@ -135,30 +110,13 @@ def test_a_budget_takes_a_trace_a_summary_or_an_older_trace(trace: hp.Trace) -> 
     older = hp.torque_budget(replace(trace, gathered=None))
     assert ours.peaks == theirs.peaks == "accepted steps" and older.peaks == "samples"
     assert ours.joints == theirs.joints and ours.table() == theirs.table()
-    assert "Peaks include every accepted step" in ours.table()
-    assert "Peaks are those of samples" in older.table()
     for mine, other in zip(ours.joints, older.joints, strict=True):
         assert mine.torque_peak == other.torque_peak  # every accepted step is sampled here
         assert mine.torque_rms == pytest.approx(other.torque_rms, rel=1e-9)
         assert mine.at_limit == pytest.approx(other.at_limit, abs=2e-3)
     assert ours.largest_outside == older.largest_outside
-    assert ours.window.samples == older.window.samples
     with refused(ParameterError, "Window.samples", None):
         _ = theirs.window.samples
-
-
-def test_peaks_do_not_depend_on_the_sampling() -> None:
-    """Samples every 50 ms miss touch-downs; the summary sees steps, which samples do not end."""
-    coarse = hp.simulate(SCENE, WALK, duration=2.4, sample=0.05)
-    fine = hp.simulate(SCENE, WALK, duration=2.4, sample=2e-3)
-    missed = np.abs(coarse.torque).max() / np.abs(coarse.summary.torque_peak).max()
-    assert missed < 1.0 + 1e-12
-    assert np.abs(coarse.summary.torque_peak) == pytest.approx(
-        np.abs(fine.summary.torque_peak), rel=0.15
-    )  # peaks of touch-downs at an accuracy of 1e-4; samples at 50 ms are off by up to a half
-    states = coarse.summary.states, fine.summary.states
-    assert states[0] == pytest.approx(states[1], rel=0.01)  # round-off may add a step
-    assert min(states) > 10 * len(coarse.time)
 
 
 def test_a_summary_is_kept_in_a_file(trace: hp.Trace, tmp_path: Path) -> None:
@@ -166,27 +124,20 @@ def test_a_summary_is_kept_in_a_file(trace: hp.Trace, tmp_path: Path) -> None:
     path = summary.save(tmp_path / "summary.json")
     assert hp.load_summary(path) == summary
     assert hp.load_trace(trace.save(tmp_path / "trace.nc")).summary == summary
-    assert hp.Case.from_toml(summary.case_toml) == hp.load_case(trace)
     found = json.loads(path.read_text())
-    for text in ("{}", json.dumps({**found, "schema": "of another program"})):
-        other = write(tmp_path / "other.json", text)
-        with refused(TraceFileError, about=(str(other),)) as caught:
-            hp.load_summary(other)
-        assert caught.value.__cause__ is None  # it is JSON, and none of its entries is judged
-    found["data"]["torque_peak"] = [1.0]
-    bad = write(tmp_path / "bad.json", json.dumps(found))
-    with refused(TraceFileError, about=(str(bad), "data.torque_peak", "[1.0]", "18")):
-        hp.load_summary(bad)
+    older = {k: v for k, v in found["data"].items() if k != "friction_work"}
+    bad = tmp_path / "bad.json"
+    for changed, about in (
+        ({"schema": "of another program"}, ()), ({"data": older}, ("data.friction_work",)),
+        ({"data": {**older, "torque_peak": [1.0]}}, ("data.torque_peak", "[1.0]", "18")),
+    ):  # fmt: skip
+        bad.write_text(json.dumps({**found, **changed}))
+        with refused(TraceFileError, about=(str(bad), *about)):
+            hp.load_summary(bad)
     none = tmp_path / "none.json"
     with refused(TraceFileError, about=(str(none),)) as caught:
         hp.load_summary(none)
     assert isinstance(caught.value.__cause__, FileNotFoundError)
-
-
-def write(path: Path, text: str) -> Path:
-    """Write a file."""
-    path.write_text(text)
-    return path
 
 
 def test_a_run_without_a_whole_cycle_says_how_long_it_must_be(tmp_path: Path) -> None:
@@ -199,11 +150,9 @@ def test_a_run_without_a_whole_cycle_says_how_long_it_must_be(tmp_path: Path) ->
 
 
 def test_a_posture_has_no_cycles_but_a_window() -> None:
-    trace = hp.simulate(SCENE, hp.HoldPosture(), duration=1.0)
-    summary = trace.summary
+    summary = hp.simulate(SCENE, hp.HoldPosture(), duration=1.0).summary
     assert summary.cycles is None and summary.measured_speed is None
     assert (summary.start, summary.end) == (0.5, 1.0)
     assert summary.height_min <= summary.height_mean <= summary.height_max
-    budget = hp.torque_budget(trace)
-    assert budget.window.cycles is None and budget.cost_of_transport is None
+    assert hp.torque_budget(summary).window.cycles is None
     assert (summary.torque_margin <= SCENE.robot.effort_limit).all()

@@ -12,7 +12,6 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
-import pinocchio as pin
 import pytest
 from conftest import Run
 from refusals import refused
@@ -207,23 +206,6 @@ def test_soft_servos_and_ice_are_distinguished() -> None:
     assert ice.slip is not None and (ice.slip.total is None or ice.slip.total > 1.0)
 
 
-def test_standing_torque_is_that_of_a_lever() -> None:
-    """Kharagpur on lm, rf and rr: lm carries half of the weight at the end of a level femur."""
-    robot = hp.load_robot("kharagpur")
-    model, data = robot.model, robot.model.createData()
-    pin.forwardKinematics(model, data, robot.stand().q)
-    joint, foot = model.getJointId("lm_femur_joint"), robot.foot("lm_foot")
-    at = data.oMi[joint].translation
-    sole = data.oMi[model.getJointId(foot.joint)].act(foot.offset)
-    own = sum(
-        model.inertias[j].mass * (data.oMi[j].act(model.inertias[j].lever) - at)[1]
-        for j in model.subtrees[joint]
-    )
-    lever = 9.81 * (0.5 * robot.total_mass * (sole - at)[1] - own)
-    found = standing_torque(robot)[robot.joint_index("lm_femur_joint")]
-    assert found == pytest.approx(abs(lever), rel=1e-9)
-
-
 def test_a_robot_too_weak_ends_with_status_3_and_what_it_needs(run: Run, tmp_path: Path) -> None:
     """A twentieth of its effort, 0.3 N m."""
     need = max(standing_torque(hp.load_robot("kharagpur")))
@@ -258,32 +240,6 @@ def test_walk_run_and_budget_give_the_verdict_of_the_library(run: Run) -> None:
     assert data.pop("verdict") == expected.to_dict()
     assert data == hp.torque_budget(hp.load_trace("walk.nc")).to_dict()
     assert "--verdict" in data["caveat"]
-
-
-def test_a_trace_of_ones_own_controller_needs_its_file(run: Run, tmp_path: Path) -> None:
-    """As `run` does, `budget --verdict` imports what registers it."""
-    (tmp_path / "own.py").write_text(
-        "import numpy as np\nimport hexapod_pin as hp\n"
-        "class Stand:\n"
-        "    period = 0.01\n"
-        "    def start(self, scene, batch):\n"
-        "        return scene.robot.posture\n"
-        "    def update(self, time, m, posture):\n"
-        "        return hp.feedback.Command(np.tile(posture, (len(m.q), 1))), posture\n"
-        "    def to_dict(self):\n"
-        "        return {'kind': 'stand-for-a-verdict'}\n"
-        "hp.register_controller('stand-for-a-verdict', lambda data: Stand())\n"
-    )
-    names: dict[str, object] = {}
-    code = (tmp_path / "own.py").read_text().rsplit("\n", 2)[0]  # without registering it
-    exec(compile(code, "own.py", "exec"), names)
-    scene = hp.Scene(hp.load_robot("kharagpur"))
-    trace = hp.simulate(scene, names["Stand"](), duration=0.2, accuracy=1e-2)
-    trace.save("stand.nc")
-    unknown = run("budget", "stand.nc", "--verdict")
-    assert unknown.status == 2 and "stand-for-a-verdict" in unknown.err
-    done = run("budget", "stand.nc", "--verdict", "--import", "own.py")
-    assert done.status == 0 and done.out.endswith(hp.study.judge_peaks(trace).table() + "\n")
 
 
 def test_ctrl_c_during_the_verdict_leaves_the_walk(
