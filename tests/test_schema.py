@@ -72,30 +72,6 @@ def test_a_record_is_frozen_and_equal_by_its_bits() -> None:
         record.force[0, 0] = 1.0
 
 
-@pytest.mark.parametrize(
-    ("changes", "name", "value", "allowed"),
-    [
-        ({"force": np.zeros((3, 2))}, "Loads.force", (3, 2), (2, 2)),
-        ({"use": np.zeros((2, 1))}, "Loads.use", (2, 1), (2,)),
-        ({"path": np.zeros((3, 3))}, "Loads.path", (3, 3), (2,)),
-        ({"joint_names": ("a",)}, "Loads.force", (2, 2), (1, 2)),
-    ],
-)
-def test_shapes_are_those_of_the_axes(
-    changes: dict[str, Any], name: str, value: Any, allowed: tuple[float, ...]
-) -> None:
-    with refused(ParameterError, name, value, allowed=allowed):
-        loads(**changes)
-
-
-def test_a_number_may_not_have_the_name_of_one_of_its_axes() -> None:
-    """In a netCDF file it would become the labels of that axis."""
-    with pytest.raises(ValueError, match="path"):
-
-        class _Wrong(Record):
-            path: Array = quantity("path axis", "m", "places")
-
-
 def test_plain_data_and_rows_hold_every_bit() -> None:
     record = loads(mass=0.1 + 0.2)
     data = plain(record)
@@ -104,24 +80,20 @@ def test_plain_data_and_rows_hold_every_bit() -> None:
     row = pack(record)
     assert row.shape == (1 + 4 + 2 + 6,) and row[-1] == record.path[-1, -1]  # the path is last
     assert Loads(record.joint_names, **unpack(Loads, row, SIZES)) == record
-    for length in (3, 12, 14):
-        with refused(ParameterError, "row", length):
-            unpack(Loads, np.resize(row, length), SIZES)
+    with refused(ParameterError, "row", 12):
+        unpack(Loads, row[:12], SIZES)
 
 
 @pytest.mark.parametrize(
     ("name", "value", "where"),
     [
-        ("mass", "x", "loads.mass"),
         ("mass", True, "loads.mass"),
         ("mass", -1.0, "loads.mass"),
         ("mass", 1e200, "loads.mass"),
         ("use", [0.1, 1.5], "loads.use[1]"),
-        ("use", [0.1], "loads.use"),
         ("use", 0.1, "loads.use"),
         ("force", [[0.0, 0.0], [0.0]], "loads.force[1]"),
         ("path", [[0.0, None]], "loads.path[0][1]"),
-        ("path", None, "loads.path"),
     ],
 )
 def test_plain_data_that_breaks_a_rule_is_refused(name: str, value: Any, where: str) -> None:
@@ -129,13 +101,21 @@ def test_plain_data_that_breaks_a_rule_is_refused(name: str, value: Any, where: 
         from_plain(Loads, {**plain(loads()), name: value}, SIZES, where="loads")
 
 
-def test_what_is_missing_is_refused() -> None:
+def test_shapes_and_names_that_break_a_rule_are_refused() -> None:
+    with refused(ParameterError, "Loads.force", (3, 2), allowed=(2, 2)):
+        loads(force=np.zeros((3, 2)))
+    with refused(ParameterError, "Loads.path", (3, 3), allowed=(2,)):
+        loads(path=np.zeros((3, 3)))
     data = plain(loads())
     del data["use"]
     with refused(ParameterError, "use", None):
         from_plain(Loads, data, SIZES)
     with refused(UnknownNameError, name="usage"):
         known_quantity(Loads, "usage")
+    with pytest.raises(ValueError, match="path"):  # in a netCDF file it would label that axis
+
+        class _Wrong(Record):
+            path: Array = quantity("path axis", "m", "places")
 
 
 def test_errors_are_differences_of_sizes() -> None:

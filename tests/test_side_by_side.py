@@ -1,4 +1,4 @@
-"""Several runs in one page: each whole, by name, with one robot's meshes once."""
+"""Pages of several runs: each whole, by name, bands of further runs, and the picture's middle."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
+from browser import opened, settled
 from page_data import Loads, PageData
 from refusals import refused
 from synthetic import URDF, synthetic_trace
@@ -19,6 +20,8 @@ from hexapod_pin.errors import ParameterError, TraceFileError, ViewerError
 from hexapod_pin.results.run_record import RunCase
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.view import write_html, write_side_by_side
+from hexapod_pin.view.ground_shapes import Sizes, eye_level, ground_rectangle, middle
+from hexapod_pin.view.html import live_viewer
 
 
 @pytest.fixture(scope="module")
@@ -38,13 +41,8 @@ def test_every_run_is_whole_in_the_page(traces: Any, tmp_path: Path) -> None:
     for k, trace in enumerate(traces.values()):
         np.testing.assert_allclose(data.channel("place", k), trace.q[:, :3], atol=5.1e-6)
         np.testing.assert_allclose(data.channel("time", k)[:, 0], trace.time, atol=5.1e-7)
-        keys = [row["key"] for row in data.runs[k]["worst"]]
-        assert keys == [row["key"] for row in data.runs[0]["worst"]]
-
-
-def test_the_page_is_as_closed_as_that_of_one_run(traces: Any, tmp_path: Path) -> None:
     odd = "</script><img src=x>"
-    path = write_side_by_side({odd: traces["plain"], "b": traces["short"]}, tmp_path / "r.html")
+    path = write_side_by_side({odd: traces["plain"], "b": traces["short"]}, tmp_path / "runs.html")
     page = path.read_text(encoding="utf-8")
     one = write_html(traces["plain"], tmp_path / "one.html").read_text(encoding="utf-8")
     assert Loads(page).policy == Loads(one).policy and "<img" not in page
@@ -55,8 +53,6 @@ def test_refusals(traces: Any, tmp_path: Path) -> None:
     path = tmp_path / "runs.html"
     with refused(ParameterError, "traces"):
         write_side_by_side({}, path)
-    with refused(ParameterError, "force_scale", -1.0, allowed=(1e-9, 1e3)):
-        write_side_by_side(traces, path, force_scale=-1.0)
     q = np.array(traces["slow"].q)
     q[50] = np.nan
     with refused(ViewerError, about=("run 'slow': q", "finite", "50", "0.5")):
@@ -82,3 +78,140 @@ def test_runs_share_the_meshes_of_their_robot(tmp_path: Path) -> None:
     assert first == second and len(first) == 1
     places = data.arrays[first[0]["arrays"][0]]
     np.testing.assert_allclose(np.ptp(places, axis=0), (0.1, 0.2, 0.3), atol=2e-5)
+
+
+def aside(x: float, y: float) -> Trace:
+    """A glide along x at 0.1 m/s, feet on a circle of 0.3 m around a point beside the trunk."""
+    trace = synthetic_trace(duration=1.0)
+    return replace(trace, foot_position=trace.foot_position + np.array([x, y, 0.0]))
+
+
+def test_a_frame_aside_of_the_feet_moves_the_picture_to_them() -> None:
+    """The reach is that of the feet around their mean, 0.3 m, and the ground lies around it."""
+    trace = aside(0.08, 0.0)  # up to 0.3 of 0.3 m is within
+    np.testing.assert_array_equal(middle(trace, np.arange(101)), trace.q[:, :2])
+    trace = aside(0.5, 0.2)
+    sizes = Sizes.of(trace, None)
+    assert sizes.reach == pytest.approx(0.3)
+    np.testing.assert_allclose(middle(trace, np.array([0, 100])), [(0.5, 0.2), (0.6, 0.2)])
+    low, high, spacing = ground_rectangle(trace, sizes)
+    np.testing.assert_allclose(0.5 * (low + high), (0.55, 0.2), atol=spacing)
+    # a quarter turn to the left takes 0.5 m ahead to 0.5 m to the left
+    trace = aside(0.5, 0.0)
+    q = np.array(trace.q)
+    q[50:, 5] = q[50:, 6] = np.sqrt(0.5)
+    [turned] = middle(replace(trace, q=q), np.array([100]))
+    np.testing.assert_allclose(turned, (0.1, 0.5), atol=1e-12)
+
+
+def test_a_frame_below_or_far_above_the_feet_is_not_looked_at() -> None:
+    """Feet's centres are 0.01 m up and 0.3 m from the middle: 0.01 + 0.4 * 0.3, up to 0.46 m."""
+    trace = synthetic_trace(duration=0.1)
+    for height, seen in ((0.1, 0.1), (-0.05, 0.13), (0.47, 0.13)):
+        q = np.array(trace.q)
+        q[:, 2] = height
+        assert eye_level(replace(trace, q=q)) == pytest.approx(seen)
+
+
+# Further runs of a case: bands of its plots, against numpy on the traces.
+
+MUS = (0.7, 0.05, 0.3, 0.12)
+
+
+@pytest.fixture(scope="module")
+def rubs() -> list[Trace]:
+    """A walk of 1.6 s on four frictions, on two of which feet slide; the first is played."""
+    scene, gait = hp.Scene(hp.load_robot("kharagpur")), hp.Gait.tripod(stroke=0.06, cycle_time=0.8)
+    found = []
+    for mu in MUS:
+        friction = hp.contact.StickSlip(mu=mu, mu_dynamic=mu, stiffness=2e4, damping=60.0)
+        contact = hp.Contact(normal=scene.contact.normal, friction=friction)
+        one, control = replace(scene, contact=contact), hp.KinematicControl(gait)
+        found.append(hp.simulate(one, control, duration=1.6, estimate=False))
+    return found
+
+
+def test_the_page_holds_the_samples_of_every_run(rubs: list[Trace], tmp_path: Path) -> None:
+    """Each within half of its own resolution, so that a band is; and what differs in words."""
+    path = write_side_by_side({"a": rubs[1], "b": rubs[0]}, tmp_path / "a.html",
+                              spread={"b": rubs[1:]})  # fmt: skip
+    data = PageData(path.read_text(encoding="utf-8"))
+    assert "spread" not in data.runs[0]
+    spread = data.runs[1]["spread"]
+    for run, trace in zip(spread["runs"], rubs[1:], strict=True):
+        for name, values in (("torque", trace.torque), ("speed", trace.v[:, 6:])):
+            place = run["channels"][name]
+            bound = 0.501 * data.plain["table"][place]["resolution"]
+            np.testing.assert_allclose(data.arrays[place], values, atol=bound, rtol=0.0)
+    listed = ", ".join(f"{mu:g}" for mu in MUS)
+    assert f"contact friction mu ({listed})" in spread["differ"]
+    assert spread["differ"].startswith("they differ in ") and "digest" not in spread["differ"]
+
+
+def test_bands_are_drawn_and_read_at_the_cursor(
+    browser: Any, rubs: list[Trace], tmp_path: Path
+) -> None:
+    """Over the whole run, in numbers, in pixels and in the legend; a jump is that of one run."""
+
+    def extremes(values: Any) -> tuple[np.ndarray, np.ndarray]:
+        """Return least and largest over the runs at each sample."""
+        return np.min([*map(values, rubs)], axis=0), np.max([*map(values, rubs)], axis=0)
+
+    path = write_html(rubs[0], tmp_path / "walk.html", spread=rubs[1:])
+    page = opened(browser, path, "#t=0.5&joint=lf_femur")
+    settled(page)
+    opening = "playback.plots.forEach((plot) => { plot.box.open = plot.stale = true; })"
+    page.evaluate(f"{opening}, playback.draw()")
+    j = rubs[0].joint("lf_femur_joint")
+    expected = {
+        "Torque": ("lf", lambda t: t.torque[:, j], 5.1e-4),
+        "Static stability margin":
+            ("margin", lambda t: 1e3 * hp.stability(t, whole=True).static_margin, 6e-3),
+        "Power": ("lf_femur", lambda t: t.torque[:, j] * t.v[:, 6 + j], 1e-2),
+    }  # fmt: skip
+    found = page.evaluate(
+        """() => Object.fromEntries(playback.plots.filter((plot) => plot.series).map((plot) => {
+        const of = ({name, shown}) => [name, shown && [...shown.low, ...shown.high]];
+        return [plot.title, Object.fromEntries(plot.values.map(of))];
+        }))"""
+    )
+    count = len(rubs[0].time)
+    assert all(any(title.values()) for title in found.values())  # every plot over time has a band
+    for title, (name, values, bound) in expected.items():
+        total = len(found[title][name]) // 2  # samples, and states kept of peaks
+        low, high = found[title][name][:count], found[title][name][total:][:count]
+        least, most = extremes(values)
+        np.testing.assert_allclose(low, least, atol=bound, rtol=1e-3, err_msg=title)
+        np.testing.assert_allclose(high, most, atol=bound, rtol=1e-3, err_msg=title)
+    # The readout, at the sample of the widest band.
+    least, most = extremes(lambda t: t.torque[:, j])
+    at = int(np.argmax(most - least))
+    page.evaluate("(t) => playback.seek(t)", float(rubs[0].time[at]))
+    settled(page)
+    keys = page.locator(".panel", has_text="Torque").locator(".keys span.on").first
+    value, low, _, high = keys.inner_text().split()[1:]
+    shown = [float(text.strip("()")) for text in (value, low, high)]
+    assert shown == pytest.approx([rubs[0].torque[at, j], least[at], most[at]], abs=1.01e-3)
+    assert page.evaluate("playback.values().band") == pytest.approx([least[at], most[at]], abs=6e-4)
+    assert not page.faults
+    page.close()
+
+
+def test_runs_that_cannot_be_compared_are_refused(tmp_path: Path) -> None:
+    """Other times, joints or feet, and samples that are not finite; nothing is written."""
+    path, plain = tmp_path / "page.html", synthetic_trace(duration=1.0)
+    with refused(ParameterError, "spread[1].time"):
+        write_html(plain, path, spread=[plain, synthetic_trace(duration=0.5)])
+    shifted = replace(plain, time=plain.time * 1.001)
+    with refused(ParameterError, "spread[0].time"), live_viewer(plain, spread=[shifted]):
+        pass
+    other = replace(plain, joint_names=tuple(f"x_{name}" for name in plain.joint_names))
+    with refused(ParameterError, "spread['a'][0].joint_names"):
+        write_side_by_side({"a": plain}, path, spread={"a": [other]})
+    with refused(ParameterError, "spread", "b"):
+        write_side_by_side({"a": plain}, path, spread={"b": [plain]})
+    q = np.array(plain.q)
+    q[50] = np.nan
+    with refused(ViewerError, about=("spread[0]", "finite")):
+        write_html(plain, path, spread=[replace(plain, q=q)])
+    assert not path.exists()

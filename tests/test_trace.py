@@ -1,7 +1,10 @@
-"""The trace: shapes, derived quantities, and a file that is whole or refused."""
+"""The trace: shapes, derived quantities, tables, and a file that is whole or refused."""
 
 from __future__ import annotations
 
+import csv
+import gzip
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -213,3 +216,48 @@ def test_axes_without_length_and_groups_are_those_of_netcdf(tmp_path: Path) -> N
             assert found.down.dtype == bool and found.source.item() == "Müller"
             assert set(found.coords) == {"time", "foot"}
     assert read_netcdf(path)[1]["count"] == 3
+
+
+def test_a_table_has_names_units_and_every_bit(trace: Trace, tmp_path: Path) -> None:
+    """Also for pandas, in which `to_dataset().to_dataframe()` of a walk ran out of memory."""
+    path = trace.save(tmp_path / "walk.csv")
+    head, *lines = csv.reader(path.read_text().splitlines())
+    rows = np.array(lines, dtype=float)
+    assert rows.shape == (len(trace.time), len(head)) and len(set(head)) == len(head)
+    joint, foot = trace.joint("lm_femur_joint"), trace.foot("rr_foot")
+    expected = {
+        "time [s]": trace.time,
+        "q.base_qw [1]": trace.q[:, 6],
+        "q.lm_femur_joint [rad]": trace.q[:, 7 + joint],
+        "v.base_wz [rad/s]": trace.v[:, 5],
+        "torque.lm_femur_joint [N m]": trace.torque[:, joint],
+        "foot_force.rr_foot.z [N]": trace.foot_force[:, foot, 2],
+        "energy_kinetic [J]": trace.energy["kinetic"],
+        "contact.rr_foot [1]": trace.contact[:, foot],
+    }
+    for name, values in expected.items():
+        assert np.array_equal(rows[:, head.index(name)], values), name
+    frame, dataset = trace.to_pandas(), synthetic_trace(duration=1.0).to_dataset()
+    assert [frame.index.name, *frame.columns] == head
+    assert (frame.to_numpy(dtype=float) == rows[:, 1:]).all()
+    assert (frame.index.to_numpy() == trace.time).all()
+    size = math.prod(dataset.sizes.values())
+    with refused(ParameterError, "rows of to_dataframe", size, about=("to_pandas",)):
+        dataset.to_dataframe()
+    part = trace.to_dataset()[["torque"]].to_dataframe()["torque"]
+    assert (part.to_numpy() == trace.torque.ravel()).all()
+    packed = trace.save(tmp_path / "walk.csv.gz").read_bytes()
+    assert gzip.decompress(packed) == path.read_bytes()
+    with refused(TraceFileError, about=(str(path), "CSV", ".nc, .h5, .hdf5")):
+        load_trace(path)
+    odd = replace(trace, foot_names=("left, front", *FEET[1:])).save(path).read_text()
+    assert "foot_gap.left, front [m]" in next(csv.reader(odd.splitlines()))
+
+
+def test_endings_are_formats(trace: Trace, tmp_path: Path) -> None:
+    for name in ("walk.h5", "WALK.NC"):
+        assert load_trace(trace.save(tmp_path / name)) == trace
+    for name in ("walk", "walk.csv.zip"):
+        with refused(TraceFileError, about=(name, ".nc, .h5, .hdf5, .csv, .csv.gz")):
+            trace.save(tmp_path / name)
+        assert not (tmp_path / name).exists()

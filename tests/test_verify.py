@@ -15,9 +15,7 @@ from refusals import refused
 from typer.testing import CliRunner
 
 from hexapod_pin.commands import app as cli
-from hexapod_pin.commands.terminal import MISSED
 from hexapod_pin.errors import MissingPackageError, SimulationInterrupted, UnknownNameError
-from hexapod_pin.formulations.maximal import model as constraints
 from hexapod_pin.formulations.maximal import model as kinematics
 from hexapod_pin.formulations.maximal.bodies import parsed_robot
 from hexapod_pin.formulations.maximal.model import JOINT_POINT
@@ -38,6 +36,10 @@ from hexapod_pin.validation.hard_case import Check, run_cases
 from hexapod_pin.validation.tables import result_table, summary
 
 DERIVATIVE = import_module("hexapod_pin.formulations.rigid.derivative")
+CONTAINED = ("tripod-limit", "flight")  # by tripod-order and hc14b
+CHECKED = [c for c in (*limit_checks.CHECKS, *flight_checks.CHECKS) if c.name not in CONTAINED]
+NO_MUJOCO = "not run: mujoco is not installed"
+DRIFT = model.RigidModel.drift
 QUICK = "core-terms,hc15-tripods,hc18,pinocchio-impact"
 
 
@@ -61,23 +63,19 @@ def test_every_module_of_checks_is_found_and_names_are_unique() -> None:
 
 
 @pytest.mark.parametrize(
-    "check", [*limit_checks.CHECKS, *flight_checks.CHECKS], ids=lambda check: check.name
+    "check",
+    [*CHECKED, mujoco_terms.MUJOCO_CHECK],
+    ids=lambda check: check.name,
 )
-def test_limits_and_flight(check) -> None:
+def test_limits_flight_and_mujoco(check) -> None:
     row = run(check)
-    assert row.passed, row
-
-
-def test_mujoco_has_the_same_equations_of_motion() -> None:
-    pytest.importorskip("mujoco")
-    row = run(mujoco_terms.MUJOCO_CHECK)
-    assert row.passed, row
+    assert row.passed or row.verdict == NO_MUJOCO, row
 
 
 def test_without_mujoco_the_row_says_so(monkeypatch) -> None:
     monkeypatch.setattr(mujoco_terms, "find_spec", lambda name: None)
     row = run(mujoco_terms.MUJOCO_CHECK)
-    assert row.verdict == "not run: mujoco is not installed" and not row.failed
+    assert row.verdict == NO_MUJOCO and not row.failed
 
 
 def test_command_prints_a_table_and_succeeds(tmp_path) -> None:
@@ -88,23 +86,6 @@ def test_command_prints_a_table_and_succeeds(tmp_path) -> None:
     assert out.read_text().startswith("| case | what | method or source | error")
 
 
-def test_command_fails_where_a_check_fails(monkeypatch, capsys) -> None:
-    """The table is printed, the failed row named, and the exit status is 1."""
-    wrong = Check("wrong", "one against two", lambda: 1.0, 1e-9)
-    monkeypatch.setattr("hexapod_pin.validation.checks.registry.all_checks", lambda: [wrong])
-    with pytest.raises(SystemExit) as stop:
-        cli.main(["verify"])
-    assert stop.value.code == MISSED
-    printed = capsys.readouterr()
-    assert "FAIL" in printed.out
-    assert "one against two" in printed.err
-
-
-def test_unknown_checks_are_refused() -> None:
-    with refused(UnknownNameError, kind="check", name="hc99"):
-        run_checks(names=["hc99"])
-
-
 def test_a_check_that_breaks_or_gives_nan_has_failed() -> None:
     def breaks() -> float:
         raise np.linalg.LinAlgError("singular")
@@ -113,90 +94,58 @@ def test_a_check_that_breaks_or_gives_nan_has_failed() -> None:
     blank = run(Check("c", "d", lambda: math.nan, 1.0))
     assert not broken.passed and "singular" in broken.note
     assert not blank.passed
-    assert "0 pass, 2 FAIL" in summary([broken, blank])
     assert "singular" in result_table([broken, blank]).text()
+    assert "0 pass, 2 FAIL" in summary([broken, blank])
+    with refused(UnknownNameError, kind="check", name="hc99"):
+        run_checks(names=["hc99"])
 
 
-def wrong_sign(monkeypatch) -> str:
-    """Eq. 5 with the sign of its right side turned."""
-    monkeypatch.setattr(impact, "required_velocity_change", lambda rows, v: rows @ v)
-    return "pinocchio-impact"
+def negated(function):
+    """Return the function with its result's sign turned."""
+    return lambda *args: -function(*args)
 
 
-def printed_sign(monkeypatch) -> str:
-    """Eq. 5 as printed: +lambda, so that its multiplier is minus the impulse."""
-    solve = impact.solve_kkt
+def turned_forces(module):
+    """Return the module's solver with the forces' sign turned."""
+    solve = module.solve_kkt
 
-    def printed(mass, right, rows, target):
-        found = solve(mass, right, rows, target)
+    def solve_kkt(*args):
+        found = solve(*args)
         return type(found)(**{**vars(found), "f": -found.f})
 
-    monkeypatch.setattr(impact, "solve_kkt", printed)
-    return "hc18"
+    return solve_kkt
 
 
-def wrong_frame(monkeypatch) -> str:
-    """Foot rows in the joint's own axes."""
-    monkeypatch.setattr(model, "CONTACT_FRAME", "LOCAL")
-    return "core-terms"
-
-
-def no_drift(monkeypatch) -> str:
-    """Eq. 3 without J' v."""
-    drift = model.RigidModel.drift
-    monkeypatch.setattr(model.RigidModel, "drift", lambda *args: 0.0 * drift(*args))
-    return "pinocchio-motion"
-
-
-def pulling_forces(monkeypatch) -> str:
-    """Ground forces with their sign turned."""
-    solve = DERIVATIVE.solve_kkt
-
-    def turned(mass, right, rows, target):
-        found = solve(mass, right, rows, target)
-        return type(found)(**{**vars(found), "f": -found.f})
-
-    monkeypatch.setattr(DERIVATIVE, "solve_kkt", turned)
-    return "pinocchio-motion"
-
-
-def sign_of_eq_3(monkeypatch) -> str:
-    """S1's eq. 3, rows 2-3, with its sign turned."""
-    right = constraints.gamma_rows_2_3
-    monkeypatch.setattr(constraints, "gamma_rows_2_3", lambda i, j: -right(i, j))
-    return "maximal-motion"
-
-
-def lost_dots(monkeypatch) -> str:
+def lost_dots(i, j):
     """S1's eq. 3, row 1, as it is printed: s where s' belongs."""
-    monkeypatch.setattr(
-        constraints,
-        "gamma_row_1",
-        lambda i, j: i.rate[:, :, JOINT_POINT] - j.rate[:, :, JOINT_POINT],
-    )
-    return "maximal-motion"
+    return i.rate[:, :, JOINT_POINT] - j.rate[:, :, JOINT_POINT]
 
 
-def wrong_inertia_axis(monkeypatch) -> str:
-    """Moments of inertia left in the axes of the bodies."""
-    monkeypatch.setattr(kinematics, "world_inertia", lambda turn, inertia: inertia)
-    return "maximal-motion"
+PLANTED = {
+    "eq. 5 with the sign of its right side turned":
+        ("pinocchio-impact", impact, "required_velocity_change", lambda rows, v: rows @ v),
+    "eq. 5 as printed, +lambda": ("hc18", impact, "solve_kkt", turned_forces(impact)),
+    "foot rows in the joint's own axes": ("core-terms", model, "CONTACT_FRAME", "LOCAL"),
+    "eq. 3 without J' v":
+        ("pinocchio-motion", model.RigidModel, "drift", lambda *args: 0.0 * DRIFT(*args)),
+    "pulling ground forces":
+        ("pinocchio-motion", DERIVATIVE, "solve_kkt", turned_forces(DERIVATIVE)),
+    "S1's eq. 3, rows 2-3, with its sign turned":
+        ("maximal-motion", kinematics, "gamma_rows_2_3", negated(kinematics.gamma_rows_2_3)),
+    "S1's eq. 3, row 1, as printed": ("maximal-motion", kinematics, "gamma_row_1", lost_dots),
+    "inertia in the axes of the bodies":
+        ("maximal-motion", kinematics, "world_inertia", lambda turn, inertia: inertia),
+}  # fmt: skip
 
 
-PLANTED = [
-    wrong_sign, printed_sign, wrong_frame, no_drift, pulling_forces, sign_of_eq_3, lost_dots,
-    wrong_inertia_axis,
-]  # fmt: skip
-
-
-@pytest.mark.parametrize("plant", PLANTED)
-def test_a_planted_error_fails_its_check(plant, monkeypatch) -> None:
+@pytest.mark.parametrize(("check", "place", "name", "wrong"), PLANTED.values(), ids=PLANTED)
+def test_a_planted_error_fails_its_check(check, place, name, wrong, monkeypatch) -> None:
     """Without it, the same check passes; `QUICK` holds the others."""
-    name = plant(monkeypatch)
-    assert found(name).failed
+    monkeypatch.setattr(place, name, wrong)
+    assert found(check).failed
     monkeypatch.undo()
-    if name not in QUICK.split(","):
-        assert _passes(name)
+    if check not in QUICK.split(","):
+        assert _passes(check)
 
 
 @cache

@@ -43,6 +43,9 @@ def test_it_is_the_mean_of_contact_points_by_load() -> None:
     expected = load @ contact_points(trace)[0] / load.sum()
     assert found == pytest.approx(np.tile(expected, (len(trace.time), 1)), abs=1e-15)
     assert expected[2] == pytest.approx(0.0, abs=1e-15)  # radius 0.01 m below the centres
+    force[3] = 0.0
+    found = zero_moment_point(replace(trace, foot_force=force, foot_impulse=None))
+    assert np.isnan(found[3]).all() and np.isfinite(found[4]).all()  # none in the air
 
 
 def test_at_rest_it_is_below_the_centre_of_mass() -> None:
@@ -69,72 +72,39 @@ def test_both_computations_agree_on_a_walk(walk: hp.Trace) -> None:
     assert np.percentile(off, 99.0) < 2e-6
     spread = np.ptp(zero_moment_point_of_motion(walk)[1:, :2], axis=0)
     assert spread.max() > 0.02  # so it is no constant that they agree on
-
-
-def test_shorter_intervals_agree_better() -> None:
-    """First order within touch-downs, second elsewhere."""
-    gait = hp.Gait.tripod(stroke=0.1, cycle_time=0.8)
-    scene, control = hp.Scene(hp.load_robot("kharagpur")), hp.KinematicControl(gait)
-    coarse, fine = (
-        difference(hp.simulate(scene, control, duration=1.2, accuracy=1e-6, sample=sample))
-        for sample in (4e-3, 1e-3)
-    )
-    assert np.percentile(fine, 90.0) < 0.3 * np.percentile(coarse, 90.0)
-
-
-@pytest.mark.parametrize("tilted", [False, True])
-def test_on_a_slope_it_is_in_the_ground(tilted: bool) -> None:
-    """A sloping plane, and level ground under tilted gravity, are the same stand."""
-    robot, angle = hp.load_robot("kharagpur"), 0.15
-    g = 9.81 * np.array([np.sin(angle), 0.0, -np.cos(angle)])
-    level = hp.Scene(robot, gravity=tuple(g)) if tilted else None
-    scene = level or hp.Scene(robot, terrain=hp.Slope(angle=angle))
-    trace = hp.simulate(scene, hp.HoldPosture(), duration=2.0, accuracy=1e-7)
-    point, (origin, normal) = zero_moment_point(trace)[-1], (x[-1] for x in ground_plane(trace))
-    assert np.dot(point - origin, normal) == pytest.approx(0.0, abs=1e-12)
-    down = np.array(trace.run.gravity) / 9.81
-    sideways = (point - trace.com[-1]) - np.dot(point - trace.com[-1], down) * down
-    assert np.linalg.norm(sideways) < 1e-6  # straight below the centre of mass along gravity
-    below_along_normal = (point - trace.com[-1]) @ normal * normal + trace.com[-1]
-    assert np.linalg.norm(below_along_normal - point) > 0.01  # which is not across the ground
-    assert difference(trace)[-1] < 1e-7
-
-
-def test_a_push_moves_it() -> None:
-    """F at height h over the ground moves the centre of pressure by F h / (m g) along F."""
-    robot, force, height = hp.load_robot("kharagpur"), 6.0, 0.05
-    push = hp.Push(
-        "base_link", (0.0, 0.0, height), force=(0.0, force, 0.0), start=0.0, duration=9.0
-    )
-    scene = hp.Scene(robot, loads=[push])
-    trace = hp.simulate(scene, hp.HoldPosture(), duration=3.0, accuracy=1e-7)
-    plain = hp.simulate(hp.Scene(robot), hp.HoldPosture(), duration=3.0, accuracy=1e-7)
-    weight = trace.run.robot.total_mass * 9.81
-    point = zero_moment_point(trace)[-1]
-    # the base may lean: its turn is below 0.01 rad, so the height is known to 5e-4 m
-    lever = trace.q[-1, 2] + height - point[2]
-    moved = point[:2] - trace.com[-1, :2]
-    assert moved == pytest.approx([0.0, force * lever / weight], abs=1e-4)
-    assert zero_moment_point(plain)[-1, 1] == pytest.approx(plain.com[-1, 1], abs=1e-6)
-    # the motion alone does not know the push from the ground: that point stays below
-    motion = zero_moment_point_of_motion(trace)[-1]
-    assert motion[:2] == pytest.approx(trace.com[-1, :2], abs=1e-5)
-
-
-def test_forces_that_push_keep_it_inside(walk: hp.Trace) -> None:
-    """On a plane the centre of pressure cannot leave the polygon."""
+    # on a plane the centre of pressure of forces that push cannot leave the polygon
     points = 0.5 * (contact_points(walk)[1:] + contact_points(walk)[:-1])
     margin = static_margin(points[..., :2], zero_moment_point(walk)[1:, :2], walk.contact[1:])
     assert margin.min() > -1e-9
 
 
-def test_a_robot_in_the_air_has_none() -> None:
-    trace = synthetic_trace()
-    force = np.array(trace.foot_force)
-    force[3] = 0.0
-    found = zero_moment_point(replace(trace, foot_force=force, foot_impulse=None))
-    assert np.isnan(found[3]).all()
-    assert np.isfinite(found[4]).all()
+def test_on_a_slope_it_is_in_the_ground() -> None:
+    """Straight below the centre of mass along gravity, which is not across the ground."""
+    scene = hp.Scene(hp.load_robot("kharagpur"), terrain=hp.Slope(angle=0.15))
+    trace = hp.simulate(scene, hp.HoldPosture(), duration=2.0, accuracy=1e-7)
+    point, (origin, normal) = zero_moment_point(trace)[-1], (x[-1] for x in ground_plane(trace))
+    assert np.dot(point - origin, normal) == pytest.approx(0.0, abs=1e-12)
+    below = point - trace.com[-1]
+    assert np.linalg.norm(np.cross(below, np.array(trace.run.gravity) / 9.81)) < 1e-6
+    assert np.linalg.norm(np.cross(below, normal)) > 0.01
+    assert difference(trace)[-1] < 1e-7
+
+
+def test_a_push_moves_it() -> None:
+    """F at height h over the ground moves the centre of pressure by F h / (m g) along F."""
+    force, height = 6.0, 0.05
+    push = hp.Push("base_link", (0, 0, height), force=(0.0, force, 0.0), start=0.0, duration=9.0)
+    scene = hp.Scene(hp.load_robot("kharagpur"), loads=[push])
+    trace = hp.simulate(scene, hp.HoldPosture(), duration=3.0, accuracy=1e-7)
+    point = zero_moment_point(trace)[-1]
+    # the base may lean: its turn is below 0.01 rad, so the height is known to 5e-4 m
+    lever = trace.q[-1, 2] + height - point[2]
+    moved = point[:2] - trace.com[-1, :2]
+    weight = trace.run.robot.total_mass * 9.81
+    assert moved == pytest.approx([0.0, force * lever / weight], abs=1e-4)
+    # the motion alone does not know the push from the ground: that point stays below
+    motion = zero_moment_point_of_motion(trace)[-1]
+    assert motion[:2] == pytest.approx(trace.com[-1, :2], abs=1e-5)
 
 
 def test_point_of_a_wrench_on_a_plane() -> None:
