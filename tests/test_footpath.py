@@ -129,26 +129,6 @@ def test_swing_rises_to_the_lift_and_only_then() -> None:
     assert path.stance(time).all()
 
 
-def test_legs_already_swinging_at_the_start_wait_for_their_next_swing() -> None:
-    """Placed at 0.1 cycles with a swing of 1/3: on the ground until 0.1 + 2/3 cycles."""
-    phases = (0.1, 0.4, 0.7, 0.6, 0.9, 0.2)
-    path = FootPath(Gait.custom(phases, 2 / 3), NEUTRAL)
-    early = path.stance(np.linspace(0.0, 0.1 + 2 / 3 - 1e-6, 200) * 2.4)
-    assert early[:, 0].all()
-    assert not path.stance(np.array([(0.1 + 2 / 3 + 0.1) * 2.4]))[0, 0]
-    assert not early[:, 3].all()
-
-
-def test_yaw_of_the_start_does_not_matter() -> None:
-    """A robot built rotated by 0.7 rad and walking 0.7 rad to the side plans the same."""
-    c, s = np.cos(0.7), np.sin(0.7)
-    turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
-    time = np.linspace(0, 12, 301)
-    plain = FootPath(Gait.ripple(turn_rate=0.1), NEUTRAL).positions(time)
-    turned = FootPath(Gait.ripple(turn_rate=0.1, heading=0.7), NEUTRAL @ turn.T).positions(time)
-    np.testing.assert_allclose(turned, plain @ turn.T, atol=1e-15)
-
-
 def test_what_no_path_is_made_of_is_refused() -> None:
     """A stop before the earliest, feet of the wrong shape or not finite."""
     earliest = FootPath.earliest_stop(STRAIGHT)

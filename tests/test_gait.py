@@ -47,12 +47,6 @@ def test_a_gait_is_its_published_table(gait: Gait, table: tuple[float, ...], few
     np.testing.assert_allclose(down.mean(axis=0), gait.duty, atol=1.5 / 12_000)  # a sample each end
 
 
-def test_ripple_begins_with_the_right_front_leg() -> None:
-    """OpenSHC's step order AR, CL, BR, AL, CR, BL: rf lr rm lf rr lm; the table is relative."""
-    order = np.argsort(Gait.ripple().phases)
-    assert [LEG_ORDER[i] for i in order] == ["rf", "lr", "rm", "lf", "rr", "lm"]
-
-
 def test_speed_and_defaults_are_those_of_s2() -> None:
     """Speed is stroke over the time of the stance."""
     assert Gait.tetrapod().speed == pytest.approx(0.0875)  # S2: 0.14 / (2/3 * 2.4)
@@ -135,15 +129,6 @@ def test_slow_joints_get_a_longer_cycle_and_the_whole_stroke(tmp_path: Path) -> 
         gait = fitted.gait.with_changes(cycle_time=other)
         plan = hp.KinematicControl(gait).plan(hp.load_robot("kharagpur"), 4.0 * other)
         assert bool(np.abs(plan.v).max() < 0.8 * 0.524) is within
-
-
-def test_a_given_cycle_is_used_or_refused(tmp_path: Path) -> None:
-    slow = slowed(tmp_path, "1.8")
-    with refused(GaitError, quantity="cycle_time") as caught:
-        fit_gait(slow, "tetrapod", cycle_time=2.4)
-    assert 2.4 < caught.value.limit <= 2.8
-    assert fit_gait(slow, "tetrapod", cycle_time=2.8).cycle_time == "as given"  # at 95 % of limits
-    assert fit_gait(slow, "tetrapod").gait.cycle_time > 2.8
 
 
 @pytest.mark.parametrize("factor", [0.4, 3.0])

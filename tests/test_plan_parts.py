@@ -17,20 +17,6 @@ SCENE = hp.Scene(ROBOT)
 GAIT = hp.Gait.tripod(stroke=0.1, cycle_time=1.3)
 
 
-@pytest.mark.parametrize(("since", "stop_at"), [(0.0, None), (13.0, None), (29.9, 31.0)])
-def test_a_part_has_the_bits_of_the_whole(since: float, stop_at: float | None):
-    control = hp.KinematicControl(GAIT, stop_at=stop_at)
-    whole = control.plan(ROBOT, 40.0)
-    part = control.plan_part(ROBOT, 40.0, since, min(since + 4.0, 40.0))
-    first = int(np.searchsorted(whole.time, part.time[0]))
-    rows = slice(first, first + len(part.time))
-    for name in ("time", "q", "v"):
-        assert np.array_equal(getattr(part, name), getattr(whole, name)[rows]), name
-    assert part.time[0] <= since
-    assert part.time[-1] >= min(since + 4.0, whole.time[-1])
-    assert (part.steady_from, part.steady_until) == (whole.steady_from, whole.steady_until)
-
-
 @pytest.mark.parametrize(
     ("method", "stop_at"), [("extrapolated-euler", 9.0), ("ndf", None), ("robust", 9.0)]
 )

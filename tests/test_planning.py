@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import gc
-import weakref
 from pathlib import Path
 
 import numpy as np
@@ -18,18 +16,14 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.commands.progress import ProgressBar
 from hexapod_pin.control import KinematicControl, gait_refusal
 from hexapod_pin.control import kinematic as walk_knots
-from hexapod_pin.control.foot_control.stability import kept_loops
 from hexapod_pin.control.foot_path import FootPath
 from hexapod_pin.control.gait import Gait
 from hexapod_pin.control.joint_trajectory import trajectory_curve
 from hexapod_pin.control.knot_table import knot_times, sample_knots
 from hexapod_pin.control.leg_group import LegGroup, leg_group
 from hexapod_pin.control.walk_plan import WalkPlan
-from hexapod_pin.errors import GaitError, ParameterError, SimulationInterrupted
-from hexapod_pin.robot.leg_bodies import leg_bodies
-from hexapod_pin.robot.robot import Robot, load_robot, robot_content
-from hexapod_pin.simulation.case import run_case
-from hexapod_pin.simulation.plant import motion_at
+from hexapod_pin.errors import GaitError, ParameterError
+from hexapod_pin.robot.robot import Robot, load_robot
 
 GAITS = {
     "tripod": Gait.tripod(stroke=0.08, cycle_time=1.6),
@@ -123,89 +117,31 @@ def test_a_gait_is_checked_once_for_equal_robots(monkeypatch: pytest.MonkeyPatch
     assert (one.quantity, one.limit) == (other.quantity, other.limit)
 
 
-def test_robots_are_equal_to_caches_where_all_that_they_hold_is(tmp_path: Path) -> None:
-    first, second = load_robot("kharagpur"), load_robot("kharagpur")
-    leg_group(first).joint_angles(leg_group(first).neutral_feet[None])  # makes its solver
-    other = dataclasses.replace(second, velocity_limit=2.0 * second.velocity_limit)
-    text = second.urdf.replace('radius="0.01"', 'radius="0.016"')
-    (tmp_path / "other.urdf").write_text(text)
-    wider = load_robot(tmp_path / "other.urdf")
-    for key in (leg_group, leg_bodies, robot_content):
-        assert key(first) == key(second) and hash(key(first)) == hash(key(second))
-        assert key(first) != key(wider)
-    assert leg_group(first) != leg_group(other) and robot_content(first) != robot_content(other)
-    assert kept_loops(first) is kept_loops(second) is not kept_loops(other)
-
-
-def test_plans_do_not_keep_a_robot_in_memory() -> None:
-    robot = load_robot("athena")
-    KinematicControl(GAITS["tripod"]).plan(robot, 2.0)
-    alive = weakref.ref(robot)
-    del robot
-    gc.collect()
-    assert alive() is None
-
-
 def test_of_legs_that_are_equally_fast_the_first_is_named() -> None:
     """Front left and rear right move equally; rounding does not choose between them."""
     with refused(GaitError, quantity="cycle_time", about=("lf_coxa_joint",)):
         KinematicControl(Gait.wave(cycle_time=0.3)).plan(load_robot("kharagpur"), 1.0)
 
 
-@pytest.fixture
-def case(monkeypatch: pytest.MonkeyPatch) -> hp.Case:
-    """A walk that does not repeat, planned in blocks of a tenth of a second."""
+def test_an_interrupted_plan_of_a_command_leaves_nothing(run: Run, monkeypatch) -> None:
+    """A walk that does not repeat, planned in blocks of a tenth of a second; its share is told."""
     monkeypatch.setattr(walk_knots, "BLOCK_KNOTS", 10)
-    gait = hp.Gait.tetrapod(stroke=0.05, cycle_time=2.4)
     body = hp.motion.BodyMotion(lateral=hp.motion.Sine(amplitude=0.002, period=3.1))
-    control = hp.KinematicControl(gait, body=body)
-    return hp.Case(hp.Scene(hp.load_robot("kharagpur")), control, duration=6.0, accuracy=1e-3)
-
-
-def test_planning_tells_its_share_before_the_run_begins(case: hp.Case) -> None:
-    reports: list[tuple[str, float]] = []
-    run_case(case, *(lambda x, kind=kind: reports.append((kind, x)) for kind in ("run", "plan")))
-    kinds = [kind for kind, _ in reports]
-    planned = [share for kind, share in reports if kind == "plan"]
-    assert kinds == sorted(kinds)  # "plan" before "run"
-    assert len(planned) > 5 and planned == sorted(planned)
-    assert planned[0] == 0.0 and planned[-1] <= 1.0
+    control = KinematicControl(Gait.tetrapod(stroke=0.05, cycle_time=2.4), body=body)
+    case = hp.Case(hp.Scene(load_robot("kharagpur")), control, duration=6.0, accuracy=1e-3)
+    case.save("case.toml")
+    shares = []
 
     def stop(share: float) -> None:
+        shares.append(share)
         if share > 0.3:
             raise KeyboardInterrupt
 
-    with refused(SimulationInterrupted, trace=None, about=("planned",)):
-        run_case(case, planning=stop)
-
-
-def test_an_interrupted_plan_of_a_command_leaves_nothing(
-    case: hp.Case, run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def stop(share: float) -> None:
-        raise KeyboardInterrupt
-
-    case.save(tmp_path / "case.toml")
     monkeypatch.setattr(ProgressBar, "stage", lambda bar, title: stop)
     done = run("run", "case.toml", "--out", "run.nc", "--no-html")
     assert done.status == 130 and "nothing was simulated" in done.err
     assert done.left == ["case.toml"]
-
-
-def test_a_prescribed_start_is_read_off_the_knots_around_it() -> None:
-    """A long plan is not handed over once more for it; the bits are those of the whole plan."""
-    from hexapod_pin import native
-
-    gait = hp.Gait.tetrapod(stroke=0.05, cycle_time=2.4)
-    plan = hp.KinematicControl(gait).plan(hp.load_robot("kharagpur"), 5.0)
-    for time in (0.0, 1e-4, float(plan.time[7]), 1.2345, float(plan.time[-1]), 99.0):
-        whole = native.set_points_at(
-            time=plan.time.tolist(), position=plan.q, rate=plan.v, kind=plan.kind,
-            acceleration=np.zeros((0, 0)), at=time,
-        )  # fmt: skip
-        angle, rate = motion_at(plan, time)
-        assert np.array_equal(angle, whole[0])
-        assert np.array_equal(rate, whole[1])
+    assert len(shares) > 2 and shares == sorted(shares) and shares[-1] < 0.5
 
 
 def test_a_walk_plan_is_that_of_the_controller_at_any_time() -> None:
@@ -224,9 +160,8 @@ def test_a_walk_plan_is_that_of_the_controller_at_any_time() -> None:
     np.testing.assert_allclose(plan.joint_angles(found.feet, found.q), found.q, atol=1e-12)
     np.testing.assert_allclose(plan.at(float(time[20])).q, found.q[20], atol=1e-12)
     assert found.stance.sum(axis=1).min() >= 3 and found.feet.shape == (57, 6, 3)
-    assert [robot.feet[k].name for k in plan.foot_index] == [
-        robot.leg(leg).foot for leg in plan.legs
-    ]
+    feet = [robot.leg(leg).foot for leg in plan.legs]
+    assert [robot.feet[k].name for k in plan.foot_index] == feet
     with refused(ParameterError, "time"):
         plan.at([1.0, 0.5])
     with refused(GaitError, quantity="cycle_time"):
