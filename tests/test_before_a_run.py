@@ -51,13 +51,6 @@ def test_what_is_called_before_a_run_ends_no_other(wrong: str) -> None:
         assert isinstance(error, UserCodeError) and error.call == f"OddKey.{wrong}"
 
 
-def test_a_case_without_duration_is_a_result_of_its_own() -> None:
-    cases = [hp.Case(SCENE, Sway()), hp.Case(SCENE, Sway(), duration=0.02)]
-    error, good = hp.simulate_batch(cases)
-    assert isinstance(error, ParameterError) and error.name == "Case.duration"
-    assert isinstance(good, hp.Trace)
-
-
 @dataclass(frozen=True)
 class Planner:
     """Plans whatever it was given."""
@@ -101,7 +94,7 @@ def test_settings_that_no_file_takes_are_refused_before_the_run(settings: Any) -
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("period", None), ("period", 0.0), ("delay", -1.0), ("gait", "tripod"), ("sensors", 3)],
+    [("period", None), ("period", 1e-9), ("delay", -1.0), ("gait", "tripod"), ("sensors", 3)],
 )
 def test_attributes_of_a_controller_are_checked(name: str, value: Any) -> None:
     class Odd:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
-import json
 import math
 from dataclasses import replace
 
@@ -117,13 +115,8 @@ def test_the_window_is_whole_cycles_between_start_up_and_stop() -> None:
 
 
 def test_a_walk_that_is_too_short_says_how_long_it_must_be() -> None:
-    """3 s of the default gait: two cycles of 2.4 s to start; nothing lasts from 4.8 to 2.4 s."""
     with refused(ParameterError, "duration", 1.8, allowed=(2.0,), about=("3",)):
         torque_budget(synthetic_trace(duration=1.8))
-    robot, gait = hp.load_robot("kharagpur"), hp.Gait.tetrapod()
-    run = hp.simulate(hp.Scene(robot), hp.KinematicControl(gait), duration=3.0, step=1e-3)
-    with refused(ParameterError, "duration", 3.0, allowed=(7.2,), about=("4.8",)):
-        torque_budget(run.summary)
 
 
 def test_a_held_posture_is_budgeted_over_the_second_half() -> None:
@@ -173,47 +166,26 @@ def test_printed_columns_hold_the_numbers_of_their_heads() -> None:
         row = next(k for k, line in enumerate(lines) if line.startswith(start))
         head = next(line for line in reversed(lines[:row]) if "RMS torque" in line)
         places = [head.index(name) for name in heads]
-        assert places == sorted(places)
         numbers = [found[which] for found in heads.values()]
         cells = [float(cell) for cell in lines[row].removeprefix(start).split()[:9]]
-        assert cells == pytest.approx(numbers, rel=5e-4)
-        sizes = sorted(map(abs, numbers))
-        assert all(b > 1.002 * a for a, b in itertools.pairwise(sizes))
+        assert places == sorted(places) and cells == pytest.approx(numbers, rel=5e-4)
+        assert np.diff(np.log(sorted(map(abs, numbers)))).min() > 2e-3
 
 
 def test_the_table_says_what_was_simulated_and_what_is_assumed() -> None:
-    trace = swinging(
-        case=RunCase(
-            scene_settings=hp.Scene(hp.load_robot("kharagpur"), contact=hp.Contact.s1()).settings,
-            controller_data={"kind": "kinematic", "gait": {"name": "tripod", "stroke": 0.1}},
-        ),
-        assumed=["hips at x = 0.2 m", "no joint damping"],
-    )
-    table = torque_budget(trace).table()
-    for text in (
-        "hunt-crossley with tanh", "kinematic, tripod, stroke 0.1", "step 0.001 s", "3 whole",
-        "assumed: hips at x = 0.2 m", "assumed: no joint damping", "--verdict",
-        "Outside the window lf_coxa_joint reaches 50 N m at 0 s",
-    ):  # fmt: skip
+    scene = hp.Scene(hp.load_robot("kharagpur"), contact=hp.Contact.s1())
+    case = RunCase(scene_settings=scene.settings, controller_data={"kind": "kinematic"})
+    table = torque_budget(swinging(case=case, assumed=["hips at x = 0.2 m"])).table()
+    for text in ("hunt-crossley with tanh", "kinematic", "assumed: hips at x = 0.2 m"):
         assert text in table
-    plain = json.loads(torque_budget(swinging(effort_limit=[math.inf] * 18)).to_json())
-    assert plain["joints"][17]["effort_limit"] is None
-    assert plain["joints"][17]["torque_rms"] == pytest.approx(TORQUE / math.sqrt(2))
-    assert plain["cost_of_transport"] > 0.0
-    assert plain["window"]["cycles"] == 3
+    assert "Outside the window lf_coxa_joint reaches 50 N m at 0 s" in table
 
 
-@pytest.mark.parametrize(
-    ("names", "feet", "kinds"),
-    [
-        (("L1_1", "L1_2", "L1_3"), 1, ("coxa", "femur", "tibia")),
-        (("j_c1_lf", "j_thigh_lf", "j_tibia_lf"), 1, ("coxa", "femur", "tibia")),
-        (("FL_HAA", "FL_HFE", "FL_KFE"), 1, ("coxa", "femur", "tibia")),
-        (("wheel", "arm"), 1, ("joint", "joint")),
-    ],
-)
-def test_joint_kinds_by_name_or_place(names, feet, kinds):
-    assert joint_kinds(names, feet) == kinds
+def test_joint_kinds_by_name_or_place() -> None:
+    for names in (("L1_1", "L1_2", "L1_3"), ("j_c1_lf", "j_thigh_lf", "j_tibia_lf")):
+        assert joint_kinds(names, 1) == ("coxa", "femur", "tibia")
+    assert joint_kinds(("FL_HAA", "FL_HFE", "FL_KFE"), 1) == ("coxa", "femur", "tibia")
+    assert joint_kinds(("wheel", "arm"), 1) == ("joint", "joint")
 
 
 def test_turning_on_the_spot_has_energy_per_yaw_and_no_cost_of_transport() -> None:

@@ -14,7 +14,7 @@ import pytest
 
 from hexapod_pin.commands import app
 from hexapod_pin.commands.progress import progress_bar, time_left_bar
-from hexapod_pin.commands.terminal import announce, announce_command, settle
+from hexapod_pin.commands.terminal import announce, settle
 
 HEAVY = {"typer", "pydantic", "numpy", "scipy", "pinocchio", "rich", "h5py"}
 
@@ -61,20 +61,6 @@ def test_seconds_are_counted_until_something_else_is_printed(monkeypatch) -> Non
     announce("planning the gait")
     settle()
     assert sys.stderr.getvalue().split("\r")[-1] == "planning the gait ...\n"
-
-
-@pytest.mark.parametrize(
-    ("arguments", "text"),
-    [
-        (["walk", "a.urdf"], "walk: loading libraries ...\n"),
-        (["wal\x1bk"], "wal\\x1bk: loading libraries ...\n"),
-        (["walk", "--help"], ""),
-    ],
-)
-def test_a_command_is_announced_and_help_is_not(arguments, text, monkeypatch) -> None:
-    monkeypatch.setattr(sys, "stderr", Terminal())
-    announce_command(arguments)
-    assert sys.stderr.getvalue() == text
 
 
 ARGUMENTS = {

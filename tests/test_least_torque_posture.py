@@ -13,17 +13,14 @@ from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.control import default_gait, feasible_gait, least_torque_posture, leg_clearance
-from hexapod_pin.control.leg_group import leg_group
 from hexapod_pin.control.posture import (
     HEIGHT_CHANGE,
     JOINT_ROOM,
     LEAST_MARGIN,
     LeastTorquePosture,
-    _Cycle,
     posture_cost,
 )
 from hexapod_pin.errors import GaitError, ParameterError
-from hexapod_pin.robot.force_distribution import holding_forces, load_weights
 
 CYCLE = {"athena": 1.6, "kharagpur": 1.2}  # s
 
@@ -93,21 +90,6 @@ def test_other_numbers_of_legs(tmp_path: Path) -> None:
     plan = hp.KinematicControl(gait).plan(there, 8.0 * gait.cycle_time).q
     # the search looks at 120 instants of a cycle, the plan is denser: 0.01 degrees
     assert np.minimum(plan - there.lower, there.upper - plan).min() >= JOINT_ROOM - 2e-4
-
-
-@pytest.mark.parametrize("gait", ["tripod", "ripple"])
-def test_targets_of_force_do_not_jump(found, gait: str) -> None:
-    """Less than 5 % of the weight in a millisecond, duty 1/2 included, at every instant."""
-    robot = hp.load_robot("kharagpur", posture=found["kharagpur"].posture)
-    walk = hp.Gait.by_name(gait, stroke=0.06, cycle_time=2.4)
-    cycle = _Cycle.of(robot, leg_group(robot), walk, instants=round(1e3 * walk.cycle_time))
-    force = holding_forces(
-        cycle.jacobian, cycle.contact - cycle.centre[:, None], cycle.own_torque,
-        load_weights(cycle.age, walk.duty, walk.cycle_time, 0.07),
-        np.array([0.0, 0.0, cycle.weight]), np.ones((6, 3)), 0.35,
-    ).force  # fmt: skip
-    jumps = np.linalg.norm(np.diff(force, axis=0, append=force[:1]), axis=-1)
-    assert jumps.max() < 0.05 * cycle.weight
 
 
 def test_what_cannot_be_searched_is_refused(tmp_path: Path) -> None:

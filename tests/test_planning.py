@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
-from pathlib import Path
 
 import numpy as np
 import pytest
 from conftest import Run
-from leg_robots import offset_robot
 from refusals import refused
 
 import hexapod_pin as hp
@@ -71,15 +69,6 @@ def test_plan_from_the_table_equals_one_without(name: str, gait: str, stop: floa
     for found, wanted in zip((longest.time, longest.q, longest.v), expected, strict=True):
         assert found.shape == wanted.shape
         np.testing.assert_allclose(found, wanted, rtol=0.0, atol=2e-11)  # d'' of the roll: 1e-12
-
-
-def test_legs_of_another_shape_walk_for_many_cycles(tmp_path: Path) -> None:
-    robot = offset_robot(tmp_path)
-    gait = Gait.tetrapod(stroke=0.06, cycle_time=1.5)
-    plan = KinematicControl(gait).plan(robot, 6.0)
-    _, q, v = directly(robot, gait, 6.0, None)
-    np.testing.assert_allclose(plan.q, q, atol=1e-8)  # Newton's tolerance of 1e-9 m over 0.1 m
-    np.testing.assert_allclose(plan.v, v, atol=1e-7)
 
 
 def test_a_gait_is_checked_once_for_equal_robots(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -18,13 +18,11 @@ from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.results.schema import (
     Record,
-    differences,
     from_plain,
     known_quantity,
     pack,
     plain,
     quantity,
-    schema,
     unpack,
 )
 
@@ -116,28 +114,6 @@ def test_shapes_and_names_that_break_a_rule_are_refused() -> None:
 
         class _Wrong(Record):
             path: Array = quantity("path axis", "m", "places")
-
-
-def test_errors_are_differences_of_sizes() -> None:
-    """Half of the difference to a companion; a number without an error has none."""
-    found = differences(
-        Loads, vars(loads()), vars(loads(mass=2.0, force=[[-1.5, 2.0], [3.0, 4.0]])), 0.5
-    )
-    assert set(found) == {"mass", "force", "use"} and found["mass"] == 0.25
-    np.testing.assert_array_equal(found["force"], [[0.25, 0.0], [0.0, np.nan]])
-    given = from_plain(Loads, {"mass": 0.25}, SIZES, errors=True)
-    assert given == {"mass": 0.25}
-    with refused(ParameterError, "mass"):
-        from_plain(Loads, {"mass": -0.25}, SIZES, errors=True)
-
-
-def test_documentation_and_columns_follow() -> None:
-    assert Loads.__doc__ is not None and "force on a joint (joint, axis) [N]." in Loads.__doc__
-    columns = loads().columns()
-    assert list(columns) == ["joint", "axis", *schema(Loads)]
-    assert columns["force"].attributes == {"units": "N", "long_name": "force on a joint"}
-    dataset = loads().to_dataset()
-    assert float(dataset["force"].sel(joint="a", axis="y")) == -2.0
 
 
 def test_the_page_of_quantities_is_that_of_the_classes() -> None:

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-import trimesh
 from browser import opened, settled
 from page_data import Loads, PageData
 from refusals import refused
-from synthetic import URDF, synthetic_trace
+from synthetic import synthetic_trace
 
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError, TraceFileError, ViewerError
-from hexapod_pin.results.run_record import RunCase
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.view import write_html, write_side_by_side
 from hexapod_pin.view.ground_shapes import Sizes, eye_level, ground_rectangle, middle
@@ -60,24 +57,6 @@ def test_refusals(traces: Any, tmp_path: Path) -> None:
     with pytest.raises(TraceFileError):
         write_side_by_side(traces, tmp_path / "none" / "runs.html")
     assert not path.exists()
-
-
-def test_runs_share_the_meshes_of_their_robot(tmp_path: Path) -> None:
-    """The box of each run is drawn, and its arrays are in the file once."""
-    trimesh.creation.box((0.1, 0.2, 0.3)).export(tmp_path / "box.stl")
-    shape = '<visual><geometry><mesh filename="box.stl"/></geometry></visual>'
-    text = re.sub(r'(<link name="[^"]*">)', rf"\1{shape}", URDF.read_text(), count=1)
-    settings = hp.Scene(hp.load_robot("kharagpur")).settings
-    case = RunCase(settings, controller_data={}, robot={"source": (tmp_path / "r.urdf").as_posix()})
-    runs = {name: synthetic_trace(duration=0.1, urdf=text, case=case) for name in ("a", "b")}
-    data = PageData(write_side_by_side(runs, tmp_path / "runs.html").read_text())
-    first, second = (
-        [shape for body in run["tree"] for shape in body["shapes"] if shape["type"] == "mesh"]
-        for run in data.runs
-    )
-    assert first == second and len(first) == 1
-    places = data.arrays[first[0]["arrays"][0]]
-    np.testing.assert_allclose(np.ptp(places, axis=0), (0.1, 0.2, 0.3), atol=2e-5)
 
 
 def aside(x: float, y: float) -> Trace:
@@ -167,7 +146,6 @@ def test_bands_are_drawn_and_read_at_the_cursor(
         "Torque": ("lf", lambda t: t.torque[:, j], 5.1e-4),
         "Static stability margin":
             ("margin", lambda t: 1e3 * hp.stability(t, whole=True).static_margin, 6e-3),
-        "Power": ("lf_femur", lambda t: t.torque[:, j] * t.v[:, 6 + j], 1e-2),
     }  # fmt: skip
     found = page.evaluate(
         """() => Object.fromEntries(playback.plots.filter((plot) => plot.series).map((plot) => {

@@ -26,14 +26,6 @@ def test_columns_are_aligned_below_titles_in_lines():
     assert [cell_text(x) for x in (math.inf, 12345, "as it is")] == ["inf", "12345", "as it is"]
 
 
-def test_a_last_column_of_texts_leaves_no_blanks_and_columns_have_a_least_width():
-    lines = Table("", ("a", "note"), [("x", ""), ("y", "read")], rule=False, least=6).lines()
-    assert lines == ["a       note", "x", "y       read"]
-    assert Table("", ("p5", "p95"), [(0.5, 1.0)], ">", rule=False, least=5).lines() == [
-        "   p5    p95", "  0.5      1"
-    ]  # fmt: skip
-
-
 def test_markdown_has_sides_and_escapes_bars():
     table = Table("not in it", ("|F|\n[N]", "b", "c"), [("a|b", 1.0, None)], "<>")
     assert table.markdown() == (

@@ -161,20 +161,6 @@ def test_cases_that_failed_do_not_pass() -> None:
     assert uncertainty(random, {"y": y}, "y", 1.0).sentence.startswith("passes with 99.98 %")
 
 
-def test_grid_points_are_told_apart() -> None:
-    """Each point of a grid has its own numbers."""
-    text = study("sobol", 8, ends=1.0).text
-    of = SweepStudy.from_toml(text.replace("[design]", '[[vary]]\ninput = "stroke"\n'
-                                           "values = [0.05, 0.1]\n[design]"))  # fmt: skip
-    y = np.array([of.point(k)["stroke"] for k in range(len(of))])
-    assert [uncertainty(of, {"y": y}, "y", grid_point=k).percentiles[50] for k in (0, 1)] == [
-        0.05, 0.1,
-    ]  # fmt: skip
-    for point in (None, 2):
-        with refused(hp.errors.ParameterError, "grid_point", point, allowed=(0, 1)):
-            uncertainty(of, {"y": y}, "y", grid_point=point)
-
-
 def test_wrong_values() -> None:
     """Quantity, shape and limit are checked, and a grid has no uncertainty."""
     of = study("sobol", 8)
@@ -190,9 +176,7 @@ def test_wrong_values() -> None:
     )
     with refused(hp.errors.ParameterError, "study", f"{plain.name!r}, a grid"):
         uncertainty(plain, {"y": np.zeros(1)}, "y")
-    for rows, about in (
-        (np.zeros(30), "(30,)"), (np.zeros(3 * 4), "(12,)"), (np.full(32, math.nan), "32"),
-    ):  # fmt: skip
+    for rows, about in ((np.zeros(30), "(30,)"), (np.full(32, math.nan), "32")):
         with refused(hp.errors.ParameterError, "values", about=(about,)):
             sobol_indices(rows, ("a", "b"))
 

@@ -1,4 +1,4 @@
-"""`hexapod-pin verify`: what it finds, table, exit status, and planted errors it must see."""
+"""`hexapod-pin verify` and tables of rows: planted errors are found; the exit status says so."""
 
 from __future__ import annotations
 
@@ -7,32 +7,35 @@ import sys
 from dataclasses import replace
 from functools import cache
 from importlib import import_module
-from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from refusals import refused
 from typer.testing import CliRunner
 
+from hexapod_pin.benchmark import hard_suite
+from hexapod_pin.benchmark.report import row_name, run_table
+from hexapod_pin.benchmark.work_precision.measure import BenchmarkRow
 from hexapod_pin.commands import app as cli
-from hexapod_pin.errors import MissingPackageError, SimulationInterrupted, UnknownNameError
+from hexapod_pin.commands.terminal import MISSED
+from hexapod_pin.errors import MissingPackageError, UnknownNameError
 from hexapod_pin.formulations.maximal import model as kinematics
 from hexapod_pin.formulations.maximal.bodies import parsed_robot
 from hexapod_pin.formulations.maximal.model import JOINT_POINT
 from hexapod_pin.formulations.rigid import contact_events as impact
 from hexapod_pin.formulations.rigid import model
-from hexapod_pin.validation.case_result import CaseResult
+from hexapod_pin.text_table import Table
+from hexapod_pin.validation import case_result as expected_failures
+from hexapod_pin.validation.case_result import CaseResult, ExpectedFailure
 from hexapod_pin.validation.checks import (
     flight_checks,
-    impact_checks,
-    inverse_checks,
     limit_checks,
-    maximal_checks,
-    rigid_checks,
 )
 from hexapod_pin.validation.checks import registry as mujoco_terms
-from hexapod_pin.validation.checks.registry import all_checks, run_checks
+from hexapod_pin.validation.checks.registry import run_checks
 from hexapod_pin.validation.hard_case import Check, run_cases
+from hexapod_pin.validation.stress import StressOutcome, stress_table
 from hexapod_pin.validation.tables import result_table, summary
 
 DERIVATIVE = import_module("hexapod_pin.formulations.rigid.derivative")
@@ -53,13 +56,6 @@ def run(check: Check) -> CaseResult:
     """Return the result of a check."""
     [result] = run_cases([check])
     return result
-
-
-def test_every_module_of_checks_is_found_and_names_are_unique() -> None:
-    names = [check.name for check in all_checks()]
-    own = (flight_checks, impact_checks, inverse_checks, limit_checks, maximal_checks, rigid_checks)
-    assert {check.name for module in own for check in module.CHECKS} <= set(names)
-    assert len(set(names)) == len(names)
 
 
 @pytest.mark.parametrize(
@@ -153,36 +149,6 @@ def _passes(name: str) -> bool:
     return found(name).passed
 
 
-def test_ctrl_c_writes_the_checks_that_are_done(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    """The first check is in the table and in the file; the status is that of Ctrl-C."""
-    first = all_checks()[0]
-
-    def stopping(names=None, everything=False, progress=None):
-        stopper = replace(first, run=lambda: (_ for _ in ()).throw(KeyboardInterrupt))
-        return run_cases([replace(first, run=lambda: 0.0), stopper], quick=True, progress=progress)
-
-    monkeypatch.setattr("hexapod_pin.validation.checks.registry.run_checks", stopping)
-    page = tmp_path / "page.md"
-    result = CliRunner().invoke(cli.app, ["verify", "--out", str(page)])
-    told = "interrupted; 1 of 2 cases are done"
-    assert result.exit_code == 130 and told in result.output
-    assert first.name in page.read_text("utf-8") and told in page.read_text("utf-8")
-
-
-def test_ctrl_c_is_no_failed_check() -> None:
-    """An interrupted simulation is an error of the package, but no finding."""
-    first = all_checks()[0]
-
-    def interrupted() -> float:
-        raise SimulationInterrupted("interrupted", None)
-
-    with pytest.raises(SimulationInterrupted) as stopped:
-        run_cases([replace(first, run=interrupted)], quick=True)
-    assert stopped.value.results == []
-
-
 def test_maximal_coordinates_say_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     """Without yourdfpy the formulation refuses, and its check is not run."""
     monkeypatch.setitem(sys.modules, "yourdfpy", None)
@@ -191,3 +157,85 @@ def test_maximal_coordinates_say_what_to_install(monkeypatch: pytest.MonkeyPatch
     assert (caught.value.name, caught.value.extra) == ("yourdfpy", "formulations")
     [result] = run_checks(names=["maximal-motion"])
     assert result.kind == "not run" and "hexapod-pin[formulations]" in result.note
+
+
+# Rows that missed their number say so in the exit status of what printed them.
+
+
+def status_of(words: list[str]) -> int:
+    """Run the command line; return its exit status."""
+    with pytest.raises(SystemExit) as stop:
+        cli.main(words)
+    return int(stop.value.code or 0)
+
+
+@pytest.mark.parametrize(
+    ("error", "registered", "status", "word"),
+    [
+        (1e-10, None, 0, "1 pass, 0 FAIL"),
+        (1e-5, None, MISSED, "FAIL"),
+        (1e-5, 1e-5, 0, "expected failure: it is hard"),
+        (1e-4, 1e-5, MISSED, "FAIL: expected to reach 1.0e-05"),
+        (1e-10, 1e-5, MISSED, "unexpected pass: it is hard"),
+    ],
+)
+def test_verify(error, registered, status, word, monkeypatch, capsys) -> None:
+    check = Check("made-up", "one against two", lambda: error, 1e-9, source="a paper")
+    key = ("made-up", "one against two", "a paper")
+    entries = {} if registered is None else {key: ExpectedFailure(*key, "it is hard", registered)}
+    monkeypatch.setattr(expected_failures, "expected_failures", lambda: entries)
+    monkeypatch.setattr("hexapod_pin.validation.checks.registry.all_checks", lambda: [check])
+    assert status_of(["verify"]) == status
+    printed = capsys.readouterr()
+    assert word in printed.out
+    assert ("made-up, one against two" in printed.err) == bool(status)
+
+
+def test_hard_suite(monkeypatch, capsys) -> None:
+    for failed, status in ((0, 0), (2, MISSED)):
+        part = hard_suite.SuitePart(Table("Made up", ("a",), (("FAIL",),)), "the summary", failed)
+        parts = [("made up", lambda tick, part=part: part)]
+        monkeypatch.setattr(hard_suite, "suite_parts", lambda quick, parts=parts: parts)
+        assert status_of(["bench", "--hard", "--quick"]) == status
+        assert ("Made up: the summary" in capsys.readouterr().err) == bool(failed)
+
+
+def benchmark_row(error: float, estimate: float, **changes) -> BenchmarkRow:
+    """Return a row of ours that asked for 1e-4 over the whole run."""
+    row = BenchmarkRow(
+        engine="hexapod_pin", method="ndf, error kept", setting="accuracy 1e-04", value=1e-4,
+        error=error, trunk=error, estimate=estimate, uncertainty=1e-9, wall=1.0, runs=1,
+        evaluations=1.0, steps=1.0, rejected=0.0, note="",
+    )  # fmt: skip
+    return replace(row, **changes)
+
+
+@pytest.mark.parametrize(
+    ("row", "verdict"),
+    [
+        (benchmark_row(1e-4, 1e-5), "pass"),
+        (benchmark_row(3.2e-4, 1e-5, method="ndf"), "no promise"),
+        (benchmark_row(3.2e-4, 1e-5), "FAIL: 3.2 times"),
+        (benchmark_row(3.2e-4, 2e-4), "error reported: 3.2 times"),
+        (benchmark_row(3.2e-4, 1e-5, uncertainty=2e-4), "not judged: reference known to 2e-04"),
+        (benchmark_row(math.nan, 1e-5, note="refused: no bristles"), "not run: no bristles"),
+    ],
+)
+def test_rows_of_work_and_precision(row: BenchmarkRow, verdict: str) -> None:
+    assert row.verdict == verdict
+    assert row.missed == verdict.startswith("FAIL")
+    assert row_name(row).endswith(f"({verdict})")
+    [cells] = run_table(SimpleNamespace(rows=[row])).rows  # type: ignore[arg-type]
+    assert verdict in cells and not any("refused" in cell for cell in cells)
+
+
+def test_rows_of_several_runs_and_entries_without_a_row(monkeypatch) -> None:
+    good = StressOutcome("a", 1e-3, finite=True, gain=0.0, rise=0.0, injection=0.0, iterations=1.0)
+    lost = StressOutcome("b", 1e-3, finite=False)
+    rows = stress_table({1e-3: [good, good], 2e-3: [good, lost], 5e-4: [lost]}).rows
+    assert [row[-1] for row in rows] == ["pass", "FAIL: 1 of 2 runs", "FAIL: 1 of 1 runs"]
+    entry = ExpectedFailure("HC01", "no such number", "rk4, step 1 ms", "hard", 1e-3)
+    entries = {(entry.case, entry.what, entry.method): entry}
+    monkeypatch.setattr(expected_failures, "expected_failures", lambda: entries)
+    [result] = hard_suite.entries_without_row([])
+    assert result.failed and "no such row" in result.note

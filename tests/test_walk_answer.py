@@ -8,10 +8,8 @@ from pathlib import Path
 
 import pytest
 from conftest import Run
-from test_gait import narrow_coxae
 
 import hexapod_pin as hp
-from hexapod_pin.commands.scene_options import heading_doubt, slope_doubt, turn_doubt
 from hexapod_pin.ground.terrain import Ramp
 from hexapod_pin.results.walk_answer import rounded, walk_answer
 from hexapod_pin.results.walk_verdict import cautions
@@ -68,15 +66,6 @@ def test_eight_lines_with_the_verdict_first(run: Run) -> None:
     assert catalogue.status == 0 and " motors pass all joints" in catalogue.out
     assert len(catalogue.out.splitlines()) <= 18
     assert "Why not" in run("budget", "walk.nc", "--catalog", "--full").out
-
-
-def test_degrees_that_look_like_radians_are_doubted() -> None:
-    """Python takes radians, the command line degrees."""
-    assert heading_doubt(1.57) == "heading 1.57 degrees (90 if radians are meant)"
-    assert "-45 if" in heading_doubt(-0.785)
-    assert "(17.2 if" in turn_doubt(0.3) and "slope 0.17 degrees (9.74" in slope_doubt("slope:0.17")
-    silent = [*map(heading_doubt, (0.0, 30.0, 1.2)), turn_doubt(10.0), slope_doubt("stairs:0.03")]
-    assert silent == [""] * 5
 
 
 def test_a_motor_without_mass_of_many_times_the_need_is_doubted() -> None:
@@ -185,17 +174,6 @@ def test_a_stair_higher_than_the_lift(run: Run) -> None:
     assert done.status == 3 and re.fullmatch(cause, done.out.splitlines()[0])
     assert "lift them by 40 mm (--lift 0.04)" in said
     assert re.search(r"tried with --lift 0.04: it walks, 0\.\d+ of 0\.\d+ m", said)
-
-
-def test_a_short_stroke_is_in_the_first_line_with_its_cause_and_a_cure(
-    run: Run, tmp_path: Path
-) -> None:
-    """Strokes of a fifth of the usual one walked "99.8 % of nominal" without a word."""
-    narrow_coxae(tmp_path)
-    done = run("walk", "narrow.urdf", "--no-html", "--duration", "0.2")
-    said = joined(done.out)
-    assert re.search(r"stroke [\d.]+ of 140 mm \(\w+_coxa_joint is at its limit", said[:160])
-    assert re.search(r"tried --posture longest-stroke: it leaves a stroke of [\d.]+ of 140", said)
 
 
 def test_a_slope_too_steep_for_friction(run: Run) -> None:

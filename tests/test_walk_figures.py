@@ -1,4 +1,4 @@
-"""Figures of walks show the numbers of the trace and its analyses, with S2's signs."""
+"""Figures of walks show the numbers of the trace, with S2's signs; their files are compact."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from hexapod_pin.view import (
     write_joint_motion_figure,
 )
 from hexapod_pin.view.balance_figures import draw_mass_center, draw_quasi_static
+from hexapod_pin.view.figure_file import compact_svg
 from hexapod_pin.view.walk_figures import draw_joint_motion, draw_joint_torques
 
 pytest.importorskip("matplotlib")
@@ -37,7 +38,7 @@ def trace() -> hp.Trace:
 
 @pytest.fixture(scope="module")
 def slow() -> hp.Trace:
-    """A walk whose window begins a quarter of a cycle late: to be shifted into the other's phase."""
+    """Its window begins a quarter of a cycle late: it is shifted into the other's phase."""
     return with_run(walk(12.0, 27.0), steady_from=15.0, steady_until=27.0)
 
 
@@ -64,19 +65,6 @@ def test_joint_motion_is_the_trace_in_degrees_and_signs_of_s2(trace: hp.Trace) -
     assert angle[1][:, 1].max() == pytest.approx(6.0, abs=0.01)
     assert angle[1][:, 1].min() == pytest.approx(0.0, abs=0.01)
     assert angle[2][:, 1] == pytest.approx(0.0, abs=0.01)
-
-
-def test_stance_is_shaded_where_the_foot_was_pushed(trace: hp.Trace) -> None:
-    """Leg 1 swings in the second third of the cycle: two spans of a third, the others free.
-
-    A foot pushed in the interval that ends at a sample is shaded over that interval.
-    """
-    axes = draw_joint_motion(trace, ["lf"], cycles=1).axes[0]
-    spans = [path.get_extents().intervalx for path in axes.collections[0].get_paths()]
-    assert np.array(spans) == pytest.approx(np.array([[2.4, 3.2], [4.0, 4.8]]), abs=0.021)
-    down = trace.contact[120:241, trace.foot("lf_foot")]
-    lands = 120 + int(np.flatnonzero(~down[:-1] & down[1:])[0])
-    assert spans[1][0] == pytest.approx(trace.time[lands], abs=1e-9)
 
 
 def test_margins_are_those_of_stability_and_polygons_of_the_grounded_feet(trace: hp.Trace) -> None:
@@ -128,8 +116,6 @@ def test_refusals(trace: hp.Trace, slow: hp.Trace, tmp_path: Path) -> None:
         draw_joint_motion(trace, ["tail"])
     with refused(ParameterError, "cycles", 0):
         draw_joint_motion(trace, cycles=0)
-    with refused(ParameterError, "points", 0.0001):
-        draw_joint_torques(trace, ["lf"], points=1e-4)
     with refused(ParameterError, "polygons", 0):
         draw_mass_center(trace, polygons=0)
     with refused(ParameterError, "slow", 2.4000000000000004):
@@ -139,3 +125,13 @@ def test_refusals(trace: hp.Trace, slow: hp.Trace, tmp_path: Path) -> None:
         draw_quasi_static(trace, replace(slow, q=other))
     with refused(ParameterError, "Trace.run.robot.urdf"):
         draw_joint_motion(synthetic_trace(urdf=None))
+
+
+def test_straight_runs_lose_what_lies_on_them() -> None:
+    """A line, a corner and a second line: three points remain; letters only lose digits."""
+    given = '<path d="M 0 0 L 1 0.05 L 2 0 L 10 0.000001 L 10 4 L 10.09 6 L 10 9"/>'
+    assert compact_svg(given) == '<path d="M 0 0 L 10 0 L 10 9"/>'
+    closed = '<path d="M 0 0.123456 \nL 0.0200001 0 \nL 1 1 \nz\n"/>'
+    assert compact_svg(closed) == '<path d="M 0 0.12 L 0.02 0 L 1 1 z"/>'
+    curved = '<path d="M 0 0 C 1 1 2 2.5 3 3"/>'
+    assert compact_svg(curved) == curved

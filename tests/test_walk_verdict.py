@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import signal
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -19,7 +16,6 @@ from synthetic import JOINTS, synthetic_trace
 
 import hexapod_pin as hp
 from hexapod_pin.commands.terminal import DOES_NOT_WALK
-from hexapod_pin.control.commanded_body import planned_body
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.walk_answer import walk_answer
@@ -75,6 +71,9 @@ def test_motion_against_the_plan_is_told_by_its_speed() -> None:
     """A robot on a steep slope made "-7704% of the nominal speed"."""
     verdict = hp.walk_verdict(synthetic_trace(speed=-0.3, nominal_speed=0.1))
     assert verdict.reason == "it slides back at 0.3 m/s"
+    trace = synthetic_trace()  # yaw 0.1 rad/s to the right over the window of 3 s
+    verdict = hp.walk_verdict(turned(trace, 2, -0.1 * trace.time))
+    assert verdict.travel.yaw_error == pytest.approx(-0.3, abs=1e-12)
     trace = synthetic_trace(speed=0.0, nominal_speed=0.0, turn_rate=0.2)
     verdict = hp.walk_verdict(turned(trace, 2, -0.1 * trace.time))
     assert verdict.reason == "it turns the other way at 5.7 deg/s"
@@ -88,19 +87,6 @@ def test_a_record_of_another_robot_is_refused() -> None:
     row = {"joint": "a", "limit_count": 1, "limit_time": 1.0, "stop_count": 0}
     with refused(ParameterError, "Trace.limits", 1, allowed=(18,)):
         hp.walk_verdict(synthetic_trace(limits=[row]))
-
-
-def test_yaw_of_a_straight_walk_is_an_error_with_its_sign() -> None:
-    """Yaw 0.1 rad/s to the right over the window of 3 s: -0.3 rad."""
-    trace = synthetic_trace()
-    verdict = hp.walk_verdict(turned(trace, 2, -0.1 * trace.time))
-    assert verdict.travel.yaw_error == pytest.approx(-0.3, abs=1e-12)
-    # on ground tilted by 50 degrees a trunk parallel to it stands upright: no fall
-    angle = math.radians(50.0)
-    up = np.array([math.sin(angle), 0.0, math.cos(angle)])
-    tilted = turned(trace, 1, np.full(401, angle))
-    normal = np.broadcast_to(up, trace.foot_normal.shape)
-    assert hp.walk_verdict(replace(tilted, foot_normal=normal)).fall is None
 
 
 def test_a_fall_is_reported_with_time_and_manner() -> None:
@@ -143,17 +129,6 @@ def test_the_worst_joint_at_its_limits_is_named() -> None:
     assert f"2 joints at the torque limit, {JOINTS[4]} 24.94%" in verdict.line
 
 
-def test_a_built_in_walk_walks() -> None:
-    """The distance of the torque budget, over the same window; slip of a few percent on rubber."""
-    trace = real_walk()
-    verdict, budget = hp.walk_verdict(trace), hp.torque_budget(trace)
-    assert verdict.walks and verdict.travel.speed_share == pytest.approx(1.0, abs=0.01)
-    assert verdict.travel.measured_speed == pytest.approx(budget.measured_speed, rel=1e-12)
-    slip = hp.study.WalkMetrics.of(trace.summary).slip_per_metre
-    assert verdict.slip is not None and verdict.slip.total == pytest.approx(slip, rel=1e-12)
-    assert verdict.step_error == trace.counters["error_most"]
-
-
 def test_curves_stops_and_turns_on_the_spot_are_judged_by_their_plan() -> None:
     spot = walk(hp.Gait.tripod(stroke=0.0, turn_rate=-0.3, cycle_time=1.0))
     assert spot.walks and spot.travel.speed_share is None and spot.slip.per_metre is None
@@ -162,31 +137,6 @@ def test_curves_stops_and_turns_on_the_spot_are_judged_by_their_plan() -> None:
     curve = walk(hp.Gait.tripod(stroke=0.04, turn_rate=0.2, cycle_time=1.0))
     assert curve.walks and curve.travel.turn_share == pytest.approx(1.0, abs=0.02)
     assert curve.travel.speed_share == pytest.approx(1.0, abs=0.02)
-
-
-def test_a_walk_without_a_whole_cycle_is_judged_over_all_of_it() -> None:
-    """1.8 s of 1 s cycles: the ramp of 1.25 s takes half of its distance: 0.12 (1.8 - 0.625) m."""
-    verdict = walk(TRIPOD, 1.8)
-    assert verdict.travel.cycles is None and verdict.needs == pytest.approx(3.0)
-    assert verdict.travel.planned_distance == pytest.approx(0.12 * (1.8 - 0.625), rel=1e-4)
-    assert verdict.travel.speed_share == pytest.approx(1.0, abs=0.05)
-    assert "that takes 3 s or more" in verdict.line
-    short = walk(TRIPOD, 0.3)
-    assert short.travel.speed_share is None and short.walks and "too short" in short.line
-
-
-def test_commands_are_judged_by_their_own_plan() -> None:
-    """Ahead, then to the left and turning: path and yaw of the commanded body."""
-    command = hp.motion.VelocityCommand(
-        time=(0.0, 2.0), forward=(0.05, 0.0), lateral=(0.0, 0.04), turn_rate=(0.0, 0.2)
-    )
-    control = hp.KinematicControl(TRIPOD, velocity=command)
-    trace = hp.simulate(hp.Scene(hp.load_robot("kharagpur")), control, duration=4.0)
-    verdict, body = hp.walk_verdict(trace), planned_body(control.to_dict())
-    assert body is not None and verdict.walks
-    assert verdict.travel.planned_turn == pytest.approx(body.pose(np.array([4.0]))[0, 2], abs=1e-12)
-    assert verdict.travel.speed_share == pytest.approx(1.0, abs=0.05)
-    assert verdict.travel.turn_share == pytest.approx(1.0, abs=0.05)
 
 
 def test_prescribed_walks_and_postures() -> None:
@@ -242,51 +192,22 @@ def test_walk_run_and_budget_give_the_verdict_of_the_library(run: Run) -> None:
     assert "--verdict" in data["caveat"]
 
 
-def test_ctrl_c_during_the_verdict_leaves_the_walk(
-    run: Run, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Status 130, one message; table and trace are there."""
-
-    @contextmanager
-    def interrupting(title: str) -> Iterator[Callable[[float], None]]:
-        late = title == "computing peaks again"
-
-        def progress(_fraction: float) -> None:
-            if late:
-                signal.raise_signal(signal.SIGINT)
-
-        progress.stage = lambda _title: None  # type: ignore[attr-defined]
-        yield progress
-
-    monkeypatch.setattr("hexapod_pin.commands.progress.progress_bar", interrupting)
-    done = run(*WALK, *QUICK, *WINDOW, "--verdict")
-    assert done.status == 130
-    assert done.err.startswith("hexapod-pin: no verdict on the peaks: interrupted after 1 of 3")
-    assert "\nfemur " in done.out
-    assert hp.load_trace("walk.nc").time[-1] == pytest.approx(0.9)
-
-
-@pytest.mark.parametrize(
-    ("torque", "speed", "vain"),
-    [
-        (30.0, 100.0, ""), (31.0, 6.0, "31 N m, 3.04 if kgf cm are meant"),
-        (6.0, 101.0, "101 rad/s, 1.76 if degrees/s are meant"), (1e4, 6.0, "10000 N m"),
-        (2e3, 6.0, "2000 N m, 2 if N mm are meant"),
-    ],
-)  # fmt: skip
-def test_limits_that_no_motor_has_are_said_to_be_such(
-    torque: float, speed: float, vain: str
-) -> None:
+def test_limits_that_no_motor_has_are_said_to_be_such() -> None:
     """18 motors of 120 N m/kg that weigh 1.5 times 3.09 kg give 30.9 N m each."""
     trace = real_walk()
     robot = trace.run.robot
     assert robot.mass == pytest.approx(3.0875, abs=1e-3)
-    limits = {"effort_limit": (torque,) * 18, "velocity_limit": (speed,) * 18}
-    run = trace.run.model_copy(update={"robot": robot.model_copy(update=limits)})
-    answer = walk_answer(replace(trace, run=run))
-    assert answer.verdict.vain_limits == vain
-    ends = f"its limits are no motor's ({vain})" if vain else "nothing at a limit"
-    assert answer.headline.endswith(f", {ends}")
+    for torque, speed, vain in (
+        (30.0, 100.0, ""), (31.0, 6.0, "31 N m, 3.04 if kgf cm are meant"),
+        (6.0, 101.0, "101 rad/s, 1.76 if degrees/s are meant"), (1e4, 6.0, "10000 N m"),
+        (2e3, 6.0, "2000 N m, 2 if N mm are meant"),
+    ):  # fmt: skip
+        limits = {"effort_limit": (torque,) * 18, "velocity_limit": (speed,) * 18}
+        run = trace.run.model_copy(update={"robot": robot.model_copy(update=limits)})
+        answer = walk_answer(replace(trace, run=run))
+        assert answer.verdict.vain_limits == vain
+        ends = f"its limits are no motor's ({vain})" if vain else "nothing at a limit"
+        assert answer.headline.endswith(f", {ends}")
 
 
 @pytest.mark.parametrize(("force", "thrown_off"), [(105.0, False), (115.0, True)])
@@ -300,9 +221,7 @@ def test_a_push_before_the_steady_part_is_judged(force: float, thrown_off: bool)
     thrown = trace.q[-1, 1] - trace.q[np.searchsorted(trace.time, 0.5), 1]
     assert verdict.push.offset == pytest.approx(thrown, rel=0.05) and thrown > 0.5
     assert 0.1 < (verdict.push.after or 0.0) < 1.5
-    feet = trace.foot_position[np.searchsorted(trace.time, 0.5), :, :2]
-    stance = np.linalg.norm(feet[:, None] - feet, axis=-1).max()
-    assert verdict.push.stance == pytest.approx(stance) and (thrown > stance) == thrown_off
+    assert (thrown > verdict.push.stance) == thrown_off
     assert verdict.walks != thrown_off and verdict.push.line in verdict.line
     headline = walk_answer(trace).headline
     assert (f"threw it {verdict.push.offset:.3g} m off its track" in headline) == thrown_off

@@ -14,7 +14,6 @@ from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.stability_margins import (
     contact_points,
     ground_plane,
-    point_of_wrench,
     zero_moment_point,
     zero_moment_point_of_motion,
 )
@@ -105,17 +104,6 @@ def test_a_push_moves_it() -> None:
     # the motion alone does not know the push from the ground: that point stays below
     motion = zero_moment_point_of_motion(trace)[-1]
     assert motion[:2] == pytest.approx(trace.com[-1, :2], abs=1e-5)
-
-
-def test_point_of_a_wrench_on_a_plane() -> None:
-    """A force through a known point of a tilted plane is found again."""
-    normal = np.array([0.3, -0.2, 0.9]) / np.linalg.norm([0.3, -0.2, 0.9])
-    origin, inside = np.array([0.1, 0.2, 0.3]), np.cross(normal, [0.2, 0.5, -0.1])
-    force, spin = np.array([1.0, 2.0, 30.0]), 0.7 * normal
-    moment = np.cross(inside, force) + spin
-    found = point_of_wrench(force, moment, origin, normal)
-    assert found == pytest.approx(origin + inside, abs=1e-14)
-    assert np.isnan(point_of_wrench(-force, moment, origin, normal)).all()
 
 
 def test_what_a_trace_must_tell() -> None:
