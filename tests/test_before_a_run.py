@@ -68,7 +68,6 @@ class Planner:
 
 
 def narrow() -> Any:
-    """Return a plan of two joints."""
     plan = hp.HoldPosture().plan(ROBOT, 1.0)
     return replace(plan, q=plan.q[:, :2], v=plan.v[:, :2])
 
@@ -86,7 +85,6 @@ def test_a_plan_that_is_none_is_refused(planned: Any) -> None:
 
 @pytest.mark.parametrize("settings", [[], {"gain": None}, {1: 2.0}, {"gain": np.arange(3)}])
 def test_settings_that_no_file_takes_are_refused_before_the_run(settings: Any) -> None:
-    """They ended the run when it was over."""
     with pytest.raises(ParameterError) as caught:
         hp.simulate(SCENE, Planner(hp.HoldPosture().plan(ROBOT, 1.0), settings), duration=0.02)
     assert caught.value.name.startswith("Planner.to_dict")

@@ -24,7 +24,6 @@ def links(blueprint: Blueprint) -> dict[str, Link]:
 
 
 def test_solids_equal_a_cloud_of_points() -> None:
-    """Solid-body inertias agree with the sum over a fine grid of points."""
     axis = (np.arange(200) + 0.5) / 200 - 0.5
     x, y, z = 0.4 * axis, 0.24 * axis, 0.1 * axis
     squares = [np.mean(c**2) for c in (x, y, z)]
@@ -79,7 +78,6 @@ def test_additional_mass_at_the_joints() -> None:
 
 
 def test_hexapod_of_your_own(tmp_path: Path) -> None:
-    """Dimensions go in, a robot that loads and stands comes out."""
     segment = {"limits": (-1.0, 1.5), "effort": 3.0, "velocity": 5.0}
     mine = Blueprint.from_dimensions(
         "mine", trunk=Trunk.solid(1.0, (0.3, 0.2, 0.05)),
@@ -97,7 +95,6 @@ def test_hexapod_of_your_own(tmp_path: Path) -> None:
 
 
 def test_impossible_parts_are_refused() -> None:
-    """The error names the field; a standing angle outside its limits, and a missing leg."""
     segment = KHARAGPUR.coxa.model_dump()
     for change, name, value, least in (
         ({"mass": 0.0}, "mass", 0.0, 0.0), ({"inertia": (1.0, 0.0, 1.0)}, "inertia[1]", 0.0, 0.0),
@@ -115,7 +112,6 @@ def test_impossible_parts_are_refused() -> None:
 
 
 def test_files_agree_with_their_tables(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """`build_urdf.py --check` names a stale file, and writing repairs it."""
     path = Path(__file__).parent.parent / "scripts" / "build_urdf.py"
     build = SimpleNamespace(**runpy.run_path(str(path)))
     assert build.main(["--check", "--folder", str(tmp_path)]) == 1

@@ -120,7 +120,6 @@ def test_a_walk_that_is_too_short_says_how_long_it_must_be() -> None:
 
 
 def test_a_held_posture_is_budgeted_over_the_second_half() -> None:
-    """No cycle: energies of the window, no distance, no cost of transport."""
     budget = torque_budget(swinging(cycle_time=None, steady_from=0.0, nominal_speed=0.0))
     assert (budget.window.start, budget.window.end) == (pytest.approx(2.0), pytest.approx(4.0))
     assert budget.window.cycles is None

@@ -23,7 +23,6 @@ GAIT = hp.Gait.tripod(stroke=0.05 + 1e-17, cycle_time=0.8, turn_rate=math.pi / 7
 
 
 def walk(**settings: Any) -> hp.Case:
-    """A short walk whose numbers have no short decimals."""
     scene = hp.Scene(
         ROBOT, servo=hp.Servo(kp=20.0 / 3.0, kd=0.1 + 0.2), gravity=(1e-300, -0.0, -9.80665),
         contact=hp.Contact.s2(),
@@ -38,12 +37,10 @@ class Crouch:
     angle: float
 
     def plan(self, robot: hp.Robot, duration: float) -> JointTrajectory:
-        """Hold it."""
         femurs = {name: self.angle for name in robot.joint_names if "femur" in name}
         return hp.HoldPosture(femurs).plan(robot, duration)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the angle."""
         return {"kind": "crouch", "angle": self.angle}
 
 
@@ -118,7 +115,6 @@ def test_a_digest_is_of_the_meaning() -> None:
 
 
 def test_robots_of_files(tmp_path: Path) -> None:
-    """Cases share one; its file moves with its case."""
     here, there = tmp_path / "here", tmp_path / "there"
     (here / "robots").mkdir(parents=True)
     shutil.copy(urdf_path("kharagpur"), here / "robots" / "mine.urdf")

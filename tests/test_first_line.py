@@ -74,7 +74,6 @@ COMPUTING = {"contact", "verify"}
 
 
 def test_every_command_says_what_it_reads_first(tmp_path: Path, monkeypatch) -> None:
-    """Before a file is looked for, even; and nothing where stderr is no terminal."""
     assert set(app._commands().commands) == {*ARGUMENTS, *COMPUTING}
     monkeypatch.chdir(tmp_path)
     for command, arguments in ARGUMENTS.items():

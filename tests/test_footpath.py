@@ -35,7 +35,6 @@ def to_world(path: FootPath, time: Array, p_BF: Array) -> Array:
 
 
 def walking(gait: Gait) -> tuple[FootPath, Array]:
-    """Return a path that stops after 7 cycles and a fine time grid over 8."""
     path = FootPath(gait, NEUTRAL, stop_at=7 * gait.cycle_time)
     return path, np.linspace(0.0, 8.0 * gait.cycle_time, 4001)
 
@@ -130,7 +129,6 @@ def test_swing_rises_to_the_lift_and_only_then() -> None:
 
 
 def test_what_no_path_is_made_of_is_refused() -> None:
-    """A stop before the earliest, feet of the wrong shape or not finite."""
     earliest = FootPath.earliest_stop(STRAIGHT)
     assert earliest == pytest.approx((2 * RAMP_CYCLES + 2 / 3) * 2.4)
     path = FootPath(STRAIGHT, NEUTRAL, stop_at=earliest)

@@ -67,7 +67,6 @@ def test_the_page_of_walks_lists_the_gaits_of_each_number_of_legs() -> None:
 
 
 def test_what_is_no_gait_is_refused() -> None:
-    """A tripod needs a duty of one half, as a wave does."""
     with refused(UnknownNameError, kind="gait", name="gallop", known=list(GAITS)):
         Gait.by_name("gallop")
     assert smallest_duty(Gait.tripod().phases) == 0.5
@@ -99,7 +98,6 @@ def test_a_bad_parameter_is_named(make, name, value):
 
 
 def slowed(folder: Path, speed: str) -> hp.Robot:
-    """Return kharagpur with another speed limit of its joints [rad/s]."""
     text = hp.urdf_path("kharagpur").read_text()
     assert 'velocity="6"' in text
     path = folder / "changed.urdf"

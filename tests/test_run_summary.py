@@ -46,7 +46,6 @@ class Motion:
         self.rubbing = 0.5 * self.normal * self.slip
 
     def feed(self, summary: Any) -> dict[str, Any]:
-        """Record every state and return what was gathered."""
         for k, t in enumerate(self.time):
             force = np.zeros((FEET, 3))
             force[:, 2], force[:, 0] = self.normal[k], -0.5 * self.normal[k]
@@ -70,7 +69,6 @@ class Motion:
 
 
 def weighted_p99(time: Array, values: Array) -> Array:
-    """Return the magnitude not exceeded for 99 % of the time, per column."""
     weight = np.gradient(time)
     found = []
     for column in np.abs(values).T:
@@ -173,7 +171,6 @@ class OneJoint:
         self.summary.set_window(start, end, cycle)
 
     def fed(self, time: Array, torque: Array) -> dict[str, Any]:
-        """Record states; return what was gathered so far."""
         q, v, none = np.array([0, 0, 0, 0, 0, 0, 1, 0.0]), np.zeros(7), np.zeros(0)
         for t, value in zip(time, torque, strict=True):
             force = np.zeros((0, 3))

@@ -49,7 +49,6 @@ SIZES = {"joint": 2, "axis": 2}
 
 
 def loads(**changes: Any) -> Loads:
-    """Return a record with a number that is not known."""
     values: dict[str, Any] = {
         "joint_names": ["a", "b"], "mass": 2.5, "path": np.arange(6.0).reshape(3, 2),
         "force": np.array([[1.0, -2.0], [3.0, np.nan]]), "use": [0.25, 0.5],

@@ -23,7 +23,6 @@ from hexapod_pin.view.html import live_viewer
 
 @pytest.fixture(scope="module")
 def traces() -> dict[str, Trace]:
-    """Three glides along x: one slower, one that ends early."""
     return {
         "plain": synthetic_trace(duration=1.0, speed=0.4),
         "slow": synthetic_trace(duration=1.0, speed=0.1),
@@ -32,7 +31,6 @@ def traces() -> dict[str, Trace]:
 
 
 def test_every_run_is_whole_in_the_page(traces: Any, tmp_path: Path) -> None:
-    """With its own samples, to its own end, and its own worst instants."""
     data = PageData(write_side_by_side(traces, tmp_path / "runs.html").read_text())
     assert [run["name"] for run in data.runs] == list(traces)
     for k, trace in enumerate(traces.values()):
@@ -130,8 +128,6 @@ def test_the_page_holds_the_samples_of_every_run(rubs: list[Trace], tmp_path: Pa
 def test_bands_are_drawn_and_read_at_the_cursor(
     browser: Any, rubs: list[Trace], tmp_path: Path
 ) -> None:
-    """Over the whole run, in numbers, in pixels and in the legend; a jump is that of one run."""
-
     def extremes(values: Any) -> tuple[np.ndarray, np.ndarray]:
         """Return least and largest over the runs at each sample."""
         return np.min([*map(values, rubs)], axis=0), np.max([*map(values, rubs)], axis=0)
@@ -176,7 +172,6 @@ def test_bands_are_drawn_and_read_at_the_cursor(
 
 
 def test_runs_that_cannot_be_compared_are_refused(tmp_path: Path) -> None:
-    """Other times, joints or feet, and samples that are not finite; nothing is written."""
     path, plain = tmp_path / "page.html", synthetic_trace(duration=1.0)
     with refused(ParameterError, "spread[1].time"):
         write_html(plain, path, spread=[plain, synthetic_trace(duration=0.5)])

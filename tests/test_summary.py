@@ -57,7 +57,6 @@ def test_a_summary_agrees_with_samples_at_every_accepted_step(trace: hp.Trace) -
 
 
 def rms(time: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return the square root of the time average of the squares."""
     return np.sqrt(np.trapezoid(values**2, time, axis=0) / (time[-1] - time[0]))
 
 

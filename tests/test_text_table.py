@@ -34,7 +34,6 @@ def test_markdown_has_sides_and_escapes_bars():
 
 
 def test_labels_and_an_empty_table():
-    """Values stand below one another; a table without rows is its head."""
     rows = [("mean speed", 0.25, "m/s"), ("cost", None, "")]
     assert indented(labelled(rows)) == ["  mean speed  0.25 m/s", "  cost        -"]
     assert Table("", ("a", "bc"), []).lines() == ["a  bc", "-----"]

@@ -34,12 +34,10 @@ def trace() -> Trace:
 
 @pytest.fixture
 def saved(trace: Trace, tmp_path: Path) -> Path:
-    """The file of that trace."""
     return trace.save(tmp_path / "walk.nc")
 
 
 def test_arrays_are_read_only_copies() -> None:
-    """Neither the trace nor the caller's array can change the other."""
     torque = np.ones((401, 18))
     trace = synthetic_trace(torque=torque)
     torque[:] = 7.0

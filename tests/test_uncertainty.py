@@ -19,7 +19,6 @@ NAMES = ("heading", "turn_rate", "scene.gravity.0")
 
 
 def study(kind: str = "sobol-indices", samples: int = 512, ends: float = math.pi) -> SweepStudy:
-    """Three inputs, uniform from -ends to ends; what they are of does not matter here."""
     keys = ('input = "heading"', 'input = "turn_rate"', 'path = "scene.gravity.0"')
     vary = "".join(
         f'[[vary]]\n{key}\ndistribution = "uniform"\nlow = {-ends}\nhigh = {ends}\n' for key in keys
@@ -31,7 +30,6 @@ def study(kind: str = "sobol-indices", samples: int = 512, ends: float = math.pi
 
 
 def inputs_of(of: SweepStudy) -> np.ndarray:
-    """(cases, 3) values of the inputs."""
     return np.array([[of.point(k)[name] for name in NAMES] for k in range(len(of))])
 
 
@@ -66,7 +64,6 @@ def test_ishigami() -> None:
 
 
 def test_a_linear_model() -> None:
-    """Of a sum of c_i x_i with equal variances both indices are c_i^2 over their sum."""
     of = study(samples=256)
     y = inputs_of(of) @ [3.0, 1.0, 0.0]
     found = uncertainty(of, {"y": y}, "y").indices
@@ -105,7 +102,6 @@ def test_clopper_pearson(passing: int, walks: int, low: float, high: float) -> N
 
 
 def test_percentiles_of_a_normal() -> None:
-    """Percentiles of a normal variable, of 4096 Sobol points: to 0.02 standard deviations."""
     of = study("sobol", 4096, ends=1.0)
     z = ndtri(0.5 * (1.0 + inputs_of(of)[:, 1]))
     found = uncertainty(of, {"torque_peak": 3.0 + 0.5 * z}, "torque_peak")
@@ -117,7 +113,6 @@ def test_percentiles_of_a_normal() -> None:
 
 
 def test_the_share_that_passes() -> None:
-    """Values up to the limit pass; half the range does, and the interval holds it."""
     of = study("sobol", 512, ends=1.0)
     x = inputs_of(of)[:, 0]
     found = uncertainty(of, {"use": x}, "use", 0.9)
@@ -162,7 +157,6 @@ def test_cases_that_failed_do_not_pass() -> None:
 
 
 def test_wrong_values() -> None:
-    """Quantity, shape and limit are checked, and a grid has no uncertainty."""
     of = study("sobol", 8)
     y = np.zeros(8)
     with refused(hp.errors.ParameterError, "quantity", "z"):
@@ -182,7 +176,6 @@ def test_wrong_values() -> None:
 
 
 def test_assumed_inputs_make_a_study() -> None:
-    """All of them are marked as assumed with a reason, scale with the robot, and are walked."""
     robot = hp.load_robot("kharagpur")
     found = assumed_inputs(robot)
     assert all("assumed: " in item.text for item in found)

@@ -47,13 +47,11 @@ QUICK = "core-terms,hc15-tripods,hc18,pinocchio-impact"
 
 
 def found(name: str) -> CaseResult:
-    """Return the result of one check."""
     [result] = run_checks(names=[name])
     return result
 
 
 def run(check: Check) -> CaseResult:
-    """Return the result of a check."""
     [result] = run_cases([check])
     return result
 
@@ -97,12 +95,10 @@ def test_a_check_that_breaks_or_gives_nan_has_failed() -> None:
 
 
 def negated(function):
-    """Return the function with its result's sign turned."""
     return lambda *args: -function(*args)
 
 
 def turned_forces(module):
-    """Return the module's solver with the forces' sign turned."""
     solve = module.solve_kkt
 
     def solve_kkt(*args):
@@ -150,7 +146,6 @@ def _passes(name: str) -> bool:
 
 
 def test_maximal_coordinates_say_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without yourdfpy the formulation refuses, and its check is not run."""
     monkeypatch.setitem(sys.modules, "yourdfpy", None)
     with pytest.raises(MissingPackageError) as caught:
         parsed_robot("<robot/>")
@@ -163,7 +158,6 @@ def test_maximal_coordinates_say_what_to_install(monkeypatch: pytest.MonkeyPatch
 
 
 def status_of(words: list[str]) -> int:
-    """Run the command line; return its exit status."""
     with pytest.raises(SystemExit) as stop:
         cli.main(words)
     return int(stop.value.code or 0)
@@ -201,7 +195,6 @@ def test_hard_suite(monkeypatch, capsys) -> None:
 
 
 def benchmark_row(error: float, estimate: float, **changes) -> BenchmarkRow:
-    """Return a row of ours that asked for 1e-4 over the whole run."""
     row = BenchmarkRow(
         engine="hexapod_pin", method="ndf, error kept", setting="accuracy 1e-04", value=1e-4,
         error=error, trunk=error, estimate=estimate, uncertainty=1e-9, wall=1.0, runs=1,

@@ -20,13 +20,11 @@ WALK = tuple("--gait tripod --cycle-time 0.8 --stroke 0.05 --no-html".split())
 
 
 def joined(text: str) -> str:
-    """Return a text of several lines as one."""
     return " ".join(text.split())
 
 
 @pytest.fixture(scope="module")
 def trace() -> hp.Trace:
-    """A walk of one steady cycle and more."""
     gait = hp.Gait.tripod(stroke=0.05, cycle_time=0.8)
     return hp.simulate(
         hp.Scene(hp.load_robot("kharagpur")), hp.KinematicControl(gait), duration=2.4
@@ -110,7 +108,6 @@ def test_inertias_in_another_unit_are_in_the_first_line(run: Run, tmp_path: Path
 
 
 def test_a_doubt_that_changes_no_torque_is_not_in_the_first_line(run: Run, tmp_path: Path) -> None:
-    """One coxa with 70 times its inertia: tried with the repaired file, nothing changes."""
     path = scaled(tmp_path, 70.0, INERTIA, "lf_coxa")
     robot = hp.load_robot(path)
     assert len(robot.doubts) == 1 and "fit the size: link" in robot.doubts[0]
@@ -177,7 +174,6 @@ def test_a_stair_higher_than_the_lift(run: Run) -> None:
 
 
 def test_a_slope_too_steep_for_friction(run: Run) -> None:
-    """40 degrees with a friction coefficient of 0.7, which holds up to 35."""
     options = "--terrain slope:40 --duration 4 --quick --gait tripod --cycle-time 1"
     done = run("walk", "kharagpur", *options.split(), "--no-html")
     first = done.out.splitlines()[0]
@@ -202,7 +198,6 @@ def test_ground_and_loads_that_are_none(run: Run, option: str, said: str) -> Non
 
 
 def test_ground_and_loads_reach_the_case(run: Run, tmp_path: Path) -> None:
-    """Each option is what a case file says in full."""
     (tmp_path / "ground.toml").write_text('kind = "ramp"\nangle = 0.1\nstart = 0.5\nrun = 0.4\n')
     options = "--terrain ground.toml --payload 1.5kg@lf_tibia --push -20N@0.05s --lost-leg rm@0.05s"
     done = run("walk", "kharagpur", *WALK, *"--duration 0.1 --save-case c.toml".split(),

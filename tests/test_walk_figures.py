@@ -43,7 +43,6 @@ def slow() -> hp.Trace:
 
 
 def curves(axes: object) -> dict[str, np.ndarray]:
-    """Return the labelled lines of a panel, (points, 2) each."""
     lines = {line.get_label(): line.get_xydata() for line in axes.get_lines()}  # type: ignore[attr-defined]
     return {label: data for label, data in lines.items() if not label.startswith("_")}
 

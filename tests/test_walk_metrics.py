@@ -32,13 +32,11 @@ GAIT = hp.Gait.tripod(stroke=0.05, cycle_time=CYCLE)
 
 
 def summary_of(gait: hp.Gait, duration: float = 3.3) -> hp.Summary:
-    """Walk two whole cycles."""
     return hp.simulate(SCENE, hp.KinematicControl(gait), duration=duration).summary
 
 
 @pytest.fixture(scope="module")
 def summary() -> hp.Summary:
-    """A straight walk."""
     return summary_of(GAIT)
 
 
@@ -82,7 +80,6 @@ def test_what_a_run_does_not_have_is_none(summary: hp.Summary) -> None:
 
 
 def edges(x: Any, y: Any, yaw: Any) -> np.ndarray:
-    """Return edges 1 s apart from 5 s on."""
     time = 5.0 + np.arange(len(np.atleast_1d(x)))
     return np.column_stack([time, x, y, np.broadcast_to(yaw, time.shape)])
 

@@ -28,7 +28,6 @@ STEADY = 4.0
 
 
 def turned(trace: Trace, about: int, angle: np.ndarray) -> Trace:
-    """Return a trace whose trunk is turned about an axis (0 x, 1 y, 2 z) by angles (T,) [rad]."""
     q = np.array(trace.q)
     q[:, 3:7] = 0.0
     q[:, 3 + about], q[:, 6] = np.sin(0.5 * angle), np.cos(0.5 * angle)
@@ -39,7 +38,6 @@ def turned(trace: Trace, about: int, angle: np.ndarray) -> Trace:
 def walk(
     gait: hp.Gait = TRIPOD, duration: float = STEADY, mu: float = 0.7, **scene: object
 ) -> WalkVerdict:
-    """Return the verdict on kharagpur."""
     contact = hp.Contact.accurate().with_mu(mu)
     setting = hp.Scene(hp.load_robot("kharagpur"), contact=contact, **scene)  # type: ignore[arg-type]
     return hp.walk_verdict(hp.simulate(setting, hp.KinematicControl(gait), duration=duration))
@@ -47,7 +45,6 @@ def walk(
 
 @cache
 def real_walk() -> Trace:
-    """Return a short walk of kharagpur."""
     scene = hp.Scene(hp.load_robot("kharagpur"))
     return hp.simulate(scene, hp.KinematicControl(TRIPOD), duration=3.0)
 
@@ -157,7 +154,6 @@ def test_soft_servos_and_ice_are_distinguished() -> None:
 
 
 def test_a_robot_too_weak_ends_with_status_3_and_what_it_needs(run: Run, tmp_path: Path) -> None:
-    """A twentieth of its effort, 0.3 N m."""
     need = max(standing_torque(hp.load_robot("kharagpur")))
     text = hp.urdf_path("kharagpur").read_text()
     assert text.count('effort="6"') == 18

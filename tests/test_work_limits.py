@@ -128,7 +128,6 @@ print(hp.simulate_batch([case, case], threads=2)[1].time[-1])
 
 
 def test_ctrl_c_ends_a_batch_with_its_results():
-    """One case is done, the others are in the midst of a sample."""
     threading.Timer(0.5, os.kill, (os.getpid(), signal.SIGINT)).start()
     long = hp.Case(SCENE, HOLD, duration=2000.0, step=1e-4, sample=1000.0)
     with pytest.raises(SimulationInterrupted) as caught:

@@ -28,7 +28,6 @@ def walk() -> hp.Trace:
 
 
 def difference(trace: hp.Trace) -> np.ndarray:
-    """Return the distance between both points at all samples but the first [m]."""
     return np.linalg.norm(zero_moment_point(trace) - zero_moment_point_of_motion(trace), axis=1)[1:]
 
 
@@ -78,7 +77,6 @@ def test_both_computations_agree_on_a_walk(walk: hp.Trace) -> None:
 
 
 def test_on_a_slope_it_is_in_the_ground() -> None:
-    """Straight below the centre of mass along gravity, which is not across the ground."""
     scene = hp.Scene(hp.load_robot("kharagpur"), terrain=hp.Slope(angle=0.15))
     trace = hp.simulate(scene, hp.HoldPosture(), duration=2.0, accuracy=1e-7)
     point, (origin, normal) = zero_moment_point(trace)[-1], (x[-1] for x in ground_plane(trace))
