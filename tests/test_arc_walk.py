@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from refusals import refused
@@ -85,17 +83,6 @@ def test_a_run_goes_ahead_at_its_speed_and_scrubs() -> None:
     assert abs(travelled[1]) < 0.05 * travelled[0]
     assert (arcs.summary.slip_distance > 2.0 * walk.path(ROBOT).scrub).all()
     assert straight.summary.slip_distance.sum() < 0.05 * arcs.summary.slip_distance.sum()
-
-
-def test_case_round_trips(tmp_path: Path) -> None:
-    walk = hp.motion.ArcWalk(
-        hp.Gait.tripod(), lift_angle=0.15, profile="velocity-step", stop_at=9.0, ramp_share=0.2
-    )
-    paper = hp.motion.paper_motion(ROBOT, profile="velocity-step")
-    for control in (hp.motion.ArcWalk(), walk, paper):
-        case = hp.Case(hp.Scene(ROBOT), control, duration=1.0)
-        case.save(tmp_path / "case.toml")
-        assert hp.load_case(tmp_path / "case.toml").controller == control
 
 
 def test_what_the_robot_cannot_do_is_refused_with_what_it_can() -> None:

@@ -188,13 +188,3 @@ def test_cycles_begin_and_end_with_states_but_for_rounding() -> None:
     short = OneJoint(1.0, 10.0, 1.0).fed(np.linspace(0.0, 1.5, 151), -np.ones(151))
     assert short["cycles"] == 0 and "torque_peak" not in short and len(short["path"]) == 0
     assert short["outside_torque"][0] == -1.0
-
-
-def test_without_cycles_the_window_is_as_given_and_may_be_asked_at_any_time() -> None:
-    joint, time = OneJoint(1.0, 2.0, 0.0), np.linspace(0.0, 3.0, 3001)
-    half = joint.fed(time[:1501], time[:1501])
-    assert half["window_time"] == pytest.approx(0.5, abs=1e-12) and half["torque_peak"][0] == 1.5
-    whole = joint.fed(time[1501:], time[1501:])
-    assert whole["window_time"] == pytest.approx(1.0, abs=1e-12)
-    assert whole["torque_peak"][0] == 2.0 and whole["outside_torque"][0] == 3.0
-    assert whole["torque_rms"][0] == pytest.approx(np.sqrt((2.0**3 - 1.0) / 3.0), rel=1e-6)

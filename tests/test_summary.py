@@ -60,19 +60,6 @@ def rms(time: np.ndarray, values: np.ndarray) -> np.ndarray:
     return np.sqrt(np.trapezoid(values**2, time, axis=0) / (time[-1] - time[0]))
 
 
-def test_feet_and_way(trace: hp.Trace) -> None:
-    """Forces carry the weight; each foot is down half of the cycle; distance as of samples."""
-    summary = trace.summary
-    weight = 9.81 * SCENE.robot.total_mass
-    assert summary.impulse[:, 2].sum() == pytest.approx(weight * CYCLE, rel=2e-2)
-    assert summary.normal_impulse == pytest.approx(summary.impulse[:, 2], rel=1e-9)  # level ground
-    assert summary.loaded_time == pytest.approx(np.full(6, CYCLE / 2), rel=0.25)
-    sampled = hp.torque_budget(replace(trace, gathered=None))
-    assert summary.distance == pytest.approx(sampled.distance, rel=1e-6)
-    assert summary.measured_speed == pytest.approx(sampled.measured_speed, rel=1e-6)
-    assert summary.measured_turn_rate == pytest.approx(0.1, rel=0.1)
-
-
 def test_friction_work_is_what_sliding_takes_from_the_robot() -> None:
     """A robot slides to rest on still legs: v = v0 - mu g t, and what is left of m v^2 / 2 is work.
 
@@ -114,6 +101,8 @@ def test_a_budget_takes_a_trace_a_summary_or_an_older_trace(trace: hp.Trace) -> 
         assert mine.torque_rms == pytest.approx(other.torque_rms, rel=1e-9)
         assert mine.at_limit == pytest.approx(other.at_limit, abs=2e-3)
     assert ours.largest_outside == older.largest_outside
+    assert ours.distance == pytest.approx(older.distance, rel=1e-6)
+    assert trace.summary.measured_turn_rate == pytest.approx(0.1, rel=0.1)
     with refused(ParameterError, "Window.samples", None):
         _ = theirs.window.samples
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from hexapod_pin.text_table import Table, cell_text, fit_tables, indented, labelled
+from hexapod_pin.text_table import Table, cell_text, fit_tables
 
 ROWS = [("coxa", 1.25, 3), ("femur, left", math.nan, None), ("tibia", 123456.0, -1)]
 
@@ -31,13 +31,6 @@ def test_markdown_has_sides_and_escapes_bars():
     assert table.markdown() == (
         "| \\|F\\| [N] | b | c |\n| --- | ---: | ---: |\n| a\\|b | 1 | - |\n"
     )
-
-
-def test_labels_and_an_empty_table():
-    rows = [("mean speed", 0.25, "m/s"), ("cost", None, "")]
-    assert indented(labelled(rows)) == ["  mean speed  0.25 m/s", "  cost        -"]
-    assert Table("", ("a", "bc"), []).lines() == ["a  bc", "-----"]
-    assert Table("none", (), []).lines() == ["none"]
 
 
 def test_a_table_fits_the_terminal():

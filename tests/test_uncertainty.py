@@ -11,7 +11,6 @@ from refusals import refused
 from scipy.special import ndtri
 
 import hexapod_pin as hp
-from hexapod_pin.study.assumed_inputs import assumed_inputs
 from hexapod_pin.study.sweep import SweepStudy
 from hexapod_pin.study.uncertainty import clopper_pearson, sobol_indices, uncertainty
 
@@ -173,20 +172,3 @@ def test_wrong_values() -> None:
     for rows, about in ((np.zeros(30), "(30,)"), (np.full(32, math.nan), "32")):
         with refused(hp.errors.ParameterError, "values", about=(about,)):
             sobol_indices(rows, ("a", "b"))
-
-
-def test_assumed_inputs_make_a_study() -> None:
-    robot = hp.load_robot("kharagpur")
-    found = assumed_inputs(robot)
-    assert all("assumed: " in item.text for item in found)
-    payload = next(item for item in found if item.name == "payload")
-    assert payload.table["high"] == pytest.approx(0.2 * robot.total_mass, rel=5e-3)
-    scene = hp.Scene(robot)
-    case = hp.Case(scene, hp.KinematicControl(hp.Gait.tripod()), duration=1.0, accuracy=1e-3)
-    vary = [dict(item.table) for item in found]
-    of = SweepStudy.of_case(case, vary, {"kind": "sobol-indices", "samples": 2})
-    assert len(of) == 2 * (7 + 2)
-    made = of.case(5).scene
-    assert {load.kind for load in made.loads} == {"mass-factor", "payload"}
-    assert made.terrain != scene.terrain
-    assert "servo_stiffness" not in {x.name for x in assumed_inputs(robot, prescribed=True)}

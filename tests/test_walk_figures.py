@@ -17,7 +17,7 @@ from hexapod_pin.view import (
 )
 from hexapod_pin.view.balance_figures import draw_mass_center, draw_quasi_static
 from hexapod_pin.view.figure_file import compact_svg
-from hexapod_pin.view.walk_figures import draw_joint_motion, draw_joint_torques
+from hexapod_pin.view.walk_figures import draw_joint_motion
 
 pytest.importorskip("matplotlib")
 
@@ -82,17 +82,6 @@ def test_margins_are_those_of_stability_and_polygons_of_the_grounded_feet(trace:
     down = [trace.foot(f"{leg}_foot") for leg in "lf lr rm rr".split()]
     feet = 1e3 * trace.foot_position[row][down]
     assert sorted(map(tuple, drawn[0][:-1])) == sorted(map(tuple, feet[:, :2]))
-
-
-def test_torques_are_those_of_joint_moments(trace: hp.Trace) -> None:
-    figure = draw_joint_torques(trace, ["rm"], cycles=None, points=0.1)
-    moments = hp.results.joint_moments(trace)
-    for axes, values in zip(figure.axes, (moments.axis_torque, moments.moment), strict=True):
-        for data, kind in zip(curves(axes).values(), ("coxa", "femur", "tibia"), strict=True):
-            expected = values[:, moments.joint(f"rm_{kind}_joint")]
-            np.testing.assert_array_equal(data, np.stack([moments.time, expected], axis=1))
-        points = [line for line in axes.get_lines() if line.get_marker() == "."]
-        assert [len(line.get_xdata()) for line in points] == [48] * 3  # 4.8 s, every 0.1 s
 
 
 def test_quasi_static_shows_both_speeds_and_their_difference(

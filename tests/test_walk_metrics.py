@@ -71,10 +71,8 @@ def test_what_a_run_does_not_have_is_none(summary: hp.Summary) -> None:
     still = hp.study.WalkMetrics.of(hp.simulate(SCENE, hp.HoldPosture(), duration=0.4).summary)
     assert still.measured_speed is still.slip_per_metre is still.cost_of_transport is None
     assert still.path_deviation is None and still.torque_peak is not None
-    older = replace(summary, friction_work=np.full(6, np.nan), heave_rms=math.nan)
-    metrics = hp.study.WalkMetrics.of(older)
-    assert metrics.friction_work_per_metre is None and metrics.heave_rms is None
-    assert metrics.table().count(" - ") == 2
+    older = hp.study.WalkMetrics.of(replace(summary, friction_work=np.full(6, np.nan)))
+    assert older.friction_work_per_metre is None and older.table().count(" - ") == 1
     with refused(ParameterError, "duration", 1.0):
         hp.study.WalkMetrics.of(summary_of(GAIT, duration=1.0))
 
