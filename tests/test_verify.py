@@ -28,10 +28,7 @@ from hexapod_pin.formulations.rigid import model
 from hexapod_pin.text_table import Table
 from hexapod_pin.validation import case_result as expected_failures
 from hexapod_pin.validation.case_result import CaseResult, ExpectedFailure
-from hexapod_pin.validation.checks import (
-    flight_checks,
-    limit_checks,
-)
+from hexapod_pin.validation.checks import flight_checks, limit_checks
 from hexapod_pin.validation.checks import registry as mujoco_terms
 from hexapod_pin.validation.checks.registry import run_checks
 from hexapod_pin.validation.hard_case import Check, run_cases
@@ -40,7 +37,8 @@ from hexapod_pin.validation.tables import result_table, summary
 
 DERIVATIVE = import_module("hexapod_pin.formulations.rigid.derivative")
 CONTAINED = ("tripod-limit", "flight")  # by tripod-order and hc14b
-CHECKED = [c for c in (*limit_checks.CHECKS, *flight_checks.CHECKS) if c.name not in CONTAINED]
+OWN = (*limit_checks.CHECKS, *flight_checks.CHECKS, mujoco_terms.MUJOCO_CHECK)
+CHECKED = [check for check in OWN if check.name not in CONTAINED]
 NO_MUJOCO = "not run: mujoco is not installed"
 DRIFT = model.RigidModel.drift
 QUICK = "core-terms,hc15-tripods,hc18,pinocchio-impact"
@@ -56,11 +54,7 @@ def run(check: Check) -> CaseResult:
     return result
 
 
-@pytest.mark.parametrize(
-    "check",
-    [*CHECKED, mujoco_terms.MUJOCO_CHECK],
-    ids=lambda check: check.name,
-)
+@pytest.mark.parametrize("check", CHECKED, ids=lambda check: check.name)
 def test_limits_flight_and_mujoco(check) -> None:
     row = run(check)
     assert row.passed or row.verdict == NO_MUJOCO, row

@@ -12,9 +12,7 @@ from synthetic import synthetic_trace, with_run
 
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError, UnknownNameError
-from hexapod_pin.view import (
-    write_joint_motion_figure,
-)
+from hexapod_pin.view import write_joint_motion_figure
 from hexapod_pin.view.balance_figures import draw_mass_center, draw_quasi_static
 from hexapod_pin.view.figure_file import compact_svg
 from hexapod_pin.view.walk_figures import draw_joint_motion

@@ -23,12 +23,3 @@ def test_walk_follows_its_plan(robot: str, radius: float | None, gait: hp.Gait) 
     assert abs(found.speed) < LIMIT
     assert abs(found.heading) < LIMIT
     assert abs(found.turn_rate) < LIMIT
-
-
-def test_feet_planned_as_points_run_away_sideways_and_slide_where_they_disagree() -> None:
-    """30 mm feet: 30 % too far sideways; in a turn they would roll in different directions."""
-    robot, radius, gait = WALKS[0]
-    assert measured(robot, radius, gait, centred=True).speed > 0.2
-    turning = hp.Gait.tripod(stroke=0.06, heading=np.radians(37), turn_rate=0.1)
-    rolled, fixed = (measured(robot, radius, turning, centred=centred) for centred in (False, True))
-    assert rolled.slip < 0.2 * fixed.slip
