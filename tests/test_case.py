@@ -1,4 +1,4 @@
-"""Cases as data: written and read back to the bit, digested by meaning, refused with a path."""
+"""Cases as data: to the bit, digested by meaning, refused with a path; checks before they run."""
 
 from __future__ import annotations
 
@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 import pytest
 from refusals import refused
+from test_run_ends_early import SCENE, TICK, Sway
 
 import hexapod_pin as hp
 from hexapod_pin.control import BodyMotion, Sine, VelocityCommand
 from hexapod_pin.control.joint_trajectory import JointTrajectory
-from hexapod_pin.errors import ParameterError
+from hexapod_pin.errors import HexapodError, ParameterError, UserCodeError
 from hexapod_pin.robot.robot_source import urdf_path
 
 ROBOT = hp.load_robot("kharagpur")
@@ -42,6 +43,10 @@ class Crouch:
 
     def to_dict(self) -> dict[str, Any]:
         return {"kind": "crouch", "angle": self.angle}
+
+    @staticmethod
+    def read(data: Any) -> Crouch:
+        return Crouch(data["angle"])
 
 
 CASES = {
@@ -132,27 +137,23 @@ def test_robots_of_files(tmp_path: Path) -> None:
     assert first.scene.robot is second.scene.robot
 
 
-REFUSED = [
-    ("schema = 1", "schema = 2", "case.schema"),
-    ("duration = 0.3", 'duration = "0.3"', "Case.duration"),
-    ("duration = 0.3", "duration = 0.3\nlength = 3", "run.length"),
-    ('kind = "kinematic"', 'kind = "dance"', "controller.kind"),
-    ("lift = 0.02", 'lift = "far"', "controller: Gait.lift"),
-    ("[scene.servo]", "[scene.servo]\nki = 1.0", "scene: Servo.ki"),
-    ("[scene.robot]", "[scene.robot]\nwheels = 4", "scene.robot.wheels"),
-    ("[controller]", "[controllers]", "case.controller"),
-]
-
-
-@pytest.mark.parametrize(("old", "new", "name"), REFUSED)
-def test_what_is_wrong_is_named_with_its_path(old: str, new: str, name: str) -> None:
+def test_what_is_wrong_is_named_with_its_path() -> None:
     with refused(ParameterError, "case file", "none.toml"):
         hp.load_case("none.toml")
     text = CASES["walk"].to_toml()
-    assert old in text
-    with pytest.raises(ParameterError) as caught:
-        hp.Case.from_toml(text.replace(old, new, 1))
-    assert name in caught.value.name
+    for old, new, name in (
+        ("schema = 1", "schema = 2", "case.schema"),
+        ("duration = 0.3", 'duration = "0.3"', "Case.duration"),
+        ("duration = 0.3", "duration = 0.3\nlength = 3", "run.length"),
+        ('kind = "kinematic"', 'kind = "dance"', "controller.kind"),
+        ("lift = 0.02", 'lift = "far"', "controller: Gait.lift"),
+        ("[scene.servo]", "[scene.servo]\nki = 1.0", "scene: Servo.ki"),
+        ("[scene.robot]", "[scene.robot]\nwheels = 4", "scene.robot.wheels"),
+        ("[controller]", "[controllers]", "case.controller"),
+    ):
+        with pytest.raises(ParameterError) as caught:
+            hp.Case.from_toml(text.replace(old, new, 1))
+        assert name in caught.value.name
 
 
 def test_a_controller_of_ones_own_is_saved_once_it_is_registered(tmp_path: Path) -> None:
@@ -162,13 +163,102 @@ def test_a_controller_of_ones_own_is_saved_once_it_is_registered(tmp_path: Path)
         case.save(tmp_path / "case.toml")
     assert not list(tmp_path.iterdir())
     for _ in range(2):  # the same again: no harm
-        hp.register_controller("crouch", read_crouch)
+        hp.register_controller("crouch", Crouch.read)
     assert hp.load_case(case.save(tmp_path / "case.toml")).controller == Crouch(0.2 / 3)
     with refused(ParameterError, "kind", "hold"):
-        hp.register_controller("hold", read_crouch)
+        hp.register_controller("hold", Crouch.read)
     with refused(ParameterError, "Case.controller", "object", about=("to_dict",)):
         hp.Case(hp.Scene(ROBOT), object()).to_toml()
 
 
-def read_crouch(data: Any) -> Crouch:
-    return Crouch(data["angle"])
+# What is asked of a controller before a run is checked, and costs no other run.
+
+
+@dataclass(frozen=True)
+class OddKey(Sway):
+    """What a batch asks of a controller before it runs, broken in one way."""
+
+    wrong: str = ""
+
+    def broken(self, name: str, odd: Any, good: Any) -> Any:
+        if self.wrong == name:
+            raise RuntimeError(name)
+        return odd if self.wrong == f"odd {name}" else good
+
+    def to_dict(self) -> dict[str, Any]:
+        return self.broken("to_dict", {}, {**super().to_dict(), "wrong": self.wrong})
+
+    def start_key(self, scene: hp.Scene) -> Any:
+        return self.broken("start_key", [], 0)
+
+    def start(self, scene: hp.Scene, batch: int) -> Any:
+        return self.broken("start", object(), super().start(scene, batch))
+
+    def posture(self, scene: hp.Scene) -> Any:
+        return self.broken("posture", [0.0], scene.robot.posture)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    ["to_dict", "start_key", "odd start_key", "start", "odd start", "posture", "odd posture"],
+)
+def test_what_is_called_before_a_run_ends_no_other(wrong: str) -> None:
+    cases = [hp.Case(SCENE, OddKey(wrong=word), duration=0.02) for word in ("", wrong, "")]
+    one, error, other = hp.simulate_batch(cases)
+    assert isinstance(one, hp.Trace) and isinstance(other, hp.Trace)
+    assert isinstance(error, HexapodError) and error.trace is None
+    if not wrong.startswith("odd"):
+        assert isinstance(error, UserCodeError) and error.call == f"OddKey.{wrong}"
+
+
+@dataclass(frozen=True)
+class Planner:
+    """Plans whatever it was given."""
+
+    planned: Any
+    settings: Any = None
+
+    def plan(self, robot: hp.Robot, duration: float) -> Any:
+        if isinstance(self.planned, Exception):
+            raise self.planned
+        return self.planned
+
+    def to_dict(self) -> Any:
+        return {"kind": "planner"} if self.settings is None else self.settings
+
+
+def narrow() -> Any:
+    plan = hp.HoldPosture().plan(ROBOT, 1.0)
+    return replace(plan, q=plan.q[:, :2], v=plan.v[:, :2])
+
+
+@pytest.mark.parametrize("planned", [None, narrow(), ValueError("no plan")])
+def test_a_plan_that_is_none_is_refused(planned: Any) -> None:
+    with pytest.raises(HexapodError) as caught:
+        hp.simulate(SCENE, Planner(planned), duration=0.02)
+    error = caught.value
+    if isinstance(planned, Exception):
+        assert isinstance(error, UserCodeError) and error.call == "Planner.plan"
+    else:
+        assert isinstance(error, ParameterError) and "Planner.plan" in error.name
+
+
+@pytest.mark.parametrize("settings", [[], {"gain": None}, {1: 2.0}, {"gain": np.arange(3)}])
+def test_settings_that_no_file_takes_are_refused_before_the_run(settings: Any) -> None:
+    with pytest.raises(ParameterError) as caught:
+        hp.simulate(SCENE, Planner(hp.HoldPosture().plan(ROBOT, 1.0), settings), duration=0.02)
+    assert caught.value.name.startswith("Planner.to_dict")
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("period", None), ("period", 1e-9), ("delay", -1.0), ("gait", "tripod"), ("sensors", 3)],
+)
+def test_attributes_of_a_controller_are_checked(name: str, value: Any) -> None:
+    class Odd:
+        period, delay, start, update = TICK, 0.0, Sway().start, Sway().update
+
+    controller = Odd()
+    setattr(controller, name, value)
+    with refused(ParameterError, f"controller.{name}"):
+        hp.simulate(SCENE, controller, duration=0.02)

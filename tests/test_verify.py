@@ -197,23 +197,19 @@ def benchmark_row(error: float, estimate: float, **changes) -> BenchmarkRow:
     return replace(row, **changes)
 
 
-@pytest.mark.parametrize(
-    ("row", "verdict"),
-    [
+def test_rows_of_work_and_precision() -> None:
+    for row, verdict in (
         (benchmark_row(1e-4, 1e-5), "pass"),
         (benchmark_row(3.2e-4, 1e-5, method="ndf"), "no promise"),
         (benchmark_row(3.2e-4, 1e-5), "FAIL: 3.2 times"),
         (benchmark_row(3.2e-4, 2e-4), "error reported: 3.2 times"),
         (benchmark_row(3.2e-4, 1e-5, uncertainty=2e-4), "not judged: reference known to 2e-04"),
         (benchmark_row(math.nan, 1e-5, note="refused: no bristles"), "not run: no bristles"),
-    ],
-)
-def test_rows_of_work_and_precision(row: BenchmarkRow, verdict: str) -> None:
-    assert row.verdict == verdict
-    assert row.missed == verdict.startswith("FAIL")
-    assert row_name(row).endswith(f"({verdict})")
-    [cells] = run_table(SimpleNamespace(rows=[row])).rows  # type: ignore[arg-type]
-    assert verdict in cells and not any("refused" in cell for cell in cells)
+    ):
+        assert row.verdict == verdict and row.missed == verdict.startswith("FAIL")
+        assert row_name(row).endswith(f"({verdict})")
+        [cells] = run_table(SimpleNamespace(rows=[row])).rows  # type: ignore[arg-type]
+        assert verdict in cells and not any("refused" in cell for cell in cells)
 
 
 def test_rows_of_several_runs_and_entries_without_a_row(monkeypatch) -> None:

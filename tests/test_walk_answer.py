@@ -25,10 +25,8 @@ def joined(text: str) -> str:
 
 @pytest.fixture(scope="module")
 def trace() -> hp.Trace:
-    gait = hp.Gait.tripod(stroke=0.05, cycle_time=0.8)
-    return hp.simulate(
-        hp.Scene(hp.load_robot("kharagpur")), hp.KinematicControl(gait), duration=2.4
-    )
+    control = hp.KinematicControl(hp.Gait.tripod(stroke=0.05, cycle_time=0.8))
+    return hp.simulate(hp.Scene(hp.load_robot("kharagpur")), control, duration=2.4)
 
 
 def scaled(folder: Path, factor: float, pattern: str, link: str = "") -> Path:
@@ -65,10 +63,7 @@ def test_eight_lines_with_the_verdict_first(run: Run) -> None:
 
 
 def test_a_motor_without_mass_of_many_times_the_need_is_doubted() -> None:
-    """10 kgf cm read as 10 N m: no rule refuses it, for a large motor has as much.
-
-    A gear that was forgotten was not named either.
-    """
+    """10 kgf cm read as 10 N m: no rule refuses it; a gear that was forgotten was not named."""
     robot = hp.load_robot("kharagpur")
     found = {}
     motors = ((3.0, 6.0, 0.0), (10.0, 6.0, 0.0), (2.0, 600.0, 0.0), (4.0, 6.0, 2e-7))
@@ -164,19 +159,16 @@ def test_a_slope_too_steep_for_friction(run: Run) -> None:
     assert re.search(r"it slides back at [\d.]+ m/s; the ground", joined(done.out))
 
 
-@pytest.mark.parametrize(
-    ("option", "said"),
-    [
+def test_ground_and_loads_that_are_none(run: Run) -> None:
+    for option, said in (
         ("--terrain stairs:x", "a number instead of 'x'"),
         ("--terrain stair:0.02", "with its numbers. Did you mean 'stairs'?"),
         ("--terrain bumps:0.02:a", "the seed an integer"),
         ("--push 20N", "FORCE@TIME"),
         ("--payload 1kg@nolink", "nolink"),
-    ],
-)
-def test_ground_and_loads_that_are_none(run: Run, option: str, said: str) -> None:
-    done = run("walk", "kharagpur", *WALK, "--duration", "0.1", *option.split())
-    assert done.status == 2 and said in done.err and done.left == []
+    ):
+        done = run("walk", "kharagpur", *WALK, "--duration", "0.1", *option.split())
+        assert done.status == 2 and said in done.err and done.left == []
 
 
 def test_ground_and_loads_reach_the_case(run: Run, tmp_path: Path) -> None:

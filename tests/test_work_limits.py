@@ -29,31 +29,26 @@ def stiff() -> hp.Scene:
     return hp.Scene(ROBOT, contact=contact.model_copy(update={"friction": friction}))
 
 
-@pytest.mark.parametrize(
-    ("settings", "name", "value", "number"),
-    [
+def test_absurd_runs_are_refused_with_the_number_and_the_remedy():
+    few = {"method": "robust", "sample": 1.0, "record": ["motion"]}
+    for settings, name, value, number in (
         ({"duration": 1e6}, "duration", 1e6, 5e8),
         ({"duration": 86400.0}, "sample", 2e-3, 43_200_000),
         ({"duration": 1e-3, "step": 1e-9}, "step", 1e-9, 1e-7),
-        ({"duration": 1e6, "method": "robust", "sample": 1.0, "record": ["motion"]}, "duration",
-         1e6, 1e9),
-    ],
-)  # fmt: skip
-def test_absurd_runs_are_refused_with_the_number_and_the_remedy(settings, name, value, number):
-    remedy = ("allow=True", "--force")
-    with refused(ParameterError, name, value, allowed=(number,), about=remedy):
-        hp.simulate(SCENE, HOLD, **settings)
+        ({"duration": 1e6, **few}, "duration", 1e6, 1e9),
+    ):
+        remedy = ("allow=True", "--force")
+        with refused(ParameterError, name, value, allowed=(number,), about=remedy):
+            hp.simulate(SCENE, HOLD, **settings)
     limits = hp.simulation.WorkLimits
     assert chosen_limits(None, False) == limits() and chosen_limits(None, True) == limits.none()
 
 
 def test_steps_that_shrink_for_ever_end_with_cause_and_samples():
     """In a batch, where the other case has an end of its own."""
-    cases = [
-        hp.Case(stiff(), HOLD, DROP, duration=0.5, method="ndf", accuracy=1e-5),
-        hp.Case(SCENE, HOLD, duration=0.1),
-    ]
+    endless = hp.Case(stiff(), HOLD, DROP, duration=0.5, method="ndf", accuracy=1e-5)
     limits = hp.simulation.WorkLimits(smallest_step=1e-9)
+    cases = [endless, hp.Case(SCENE, HOLD, duration=0.1)]
     error, whole = hp.simulate_batch(cases, threads=2, estimate=False, limits=limits)
     assert whole.time[-1] == pytest.approx(0.1)
     assert isinstance(error, WorkLimitError) and error.limit == "smallest_step"
@@ -119,9 +114,8 @@ except hp.errors.ParameterError as error:
     print(error)
 print(hp.simulate_batch([case, case], threads=2)[1].time[-1])
 """
-    done = subprocess.run(
-        [sys.executable, "-c", code], check=False, capture_output=True, text=True, timeout=60
-    )
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, done.stderr
     assert "threads = 900" in done.stdout and "the system has started" in done.stdout
     assert done.stdout.endswith("\n0.01\n")

@@ -61,9 +61,8 @@ def test_at_rest_it_is_below_the_centre_of_mass() -> None:
 def test_both_computations_agree_on_a_walk(walk: hp.Trace) -> None:
     """Impulses add up exactly in a trace; within 2 ms the lever arms of forces are not constant.
 
-    A contact point that goes u in an interval while its force grows from nothing or falls to it
-    acts u/6 beside the middle: 0.02 mm of a foot that lands or leaves at 0.05 m/s, with a tenth of
-    the load at most by then, are 2e-6 m of the point.
+    A contact point that goes u while its force grows from nothing acts u/6 beside the middle:
+    0.02 mm of a foot that lands at 0.05 m/s, with a tenth of the load, are 2e-6 m of the point.
     """
     off = difference(walk)
     assert off.max() < 5e-6
