@@ -15,7 +15,7 @@ import pytest
 
 from hexapod_pin.commands import app
 from hexapod_pin.commands.progress import progress_bar, time_left_bar
-from hexapod_pin.commands.terminal import announce, settle
+from hexapod_pin.commands.terminal import announce, announce_command, settle
 from hexapod_pin.text_table import Table, cell_text, fit_tables
 
 HEAVY = {"typer", "pydantic", "numpy", "scipy", "pinocchio", "rich", "h5py"}
@@ -62,6 +62,7 @@ def test_seconds_are_counted_until_something_else_is_printed(monkeypatch) -> Non
     assert sys.stderr.getvalue() == "reading robot.urdf ...\n\r  1 s"
     announce("planning the gait")
     settle()
+    announce_command(["walk", "--help"])
     assert sys.stderr.getvalue().split("\r")[-1] == "planning the gait ...\n"
 
 

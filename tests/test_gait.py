@@ -85,27 +85,6 @@ def test_a_bad_parameter_is_named() -> None:
             make()
 
 
-def slowed(folder: Path, speed: str) -> hp.Robot:
-    text = hp.urdf_path("kharagpur").read_text()
-    assert 'velocity="6"' in text
-    path = folder / "changed.urdf"
-    path.write_text(text.replace('velocity="6"', f'velocity="{speed}"'))
-    return hp.load_robot(path)
-
-
-def test_slow_joints_get_a_longer_cycle_and_the_whole_stroke(tmp_path: Path) -> None:
-    """Rates of the plan stay below 80 % of the limit; 0.2 s less break that."""
-    slow = slowed(tmp_path, "0.524")
-    fitted = fit_gait(slow, "tetrapod")
-    assert fitted.gait.stroke == 0.14 and fitted.cycle_time.startswith("joints at 80%")
-    cycle = fitted.gait.cycle_time
-    assert cycle == pytest.approx(round(cycle, 1), abs=1e-9) and cycle > 2.4
-    for other, within in ((cycle, True), (cycle - 0.2, False)):
-        gait = fitted.gait.with_changes(cycle_time=other)
-        plan = hp.KinematicControl(gait).plan(hp.load_robot("kharagpur"), 4.0 * other)
-        assert bool(np.abs(plan.v).max() < 0.8 * 0.524) is within
-
-
 @pytest.mark.parametrize("factor", [0.4, 3.0])
 def test_default_gaits_are_similar_whatever_the_size_of_the_robot(
     tmp_path: Path, factor: float

@@ -160,6 +160,8 @@ def test_wrong_values() -> None:
         uncertainty(of, {"y": np.zeros((8, 3))}, "y")
     with refused(hp.errors.ParameterError, "uncertainty.limit", math.nan):
         uncertainty(of, {"y": y}, "y", math.nan)
+    with refused(hp.errors.ParameterError, "grid_point", 2, allowed=(0,)):
+        uncertainty(of, {"y": y}, "y", grid_point=2)
     base = 'schema = 1\n[base]\nrobot = "kharagpur"\n'
     plain = SweepStudy.from_toml(f'{base}[[vary]]\ninput = "stroke"\nvalues = [0.1]\n')
     with refused(hp.errors.ParameterError, "study", f"{plain.name!r}, a grid"):

@@ -179,6 +179,18 @@ def test_verify(error, registered, status, word, monkeypatch, capsys) -> None:
     assert ("made-up, one against two" in printed.err) == bool(status)
 
 
+def test_ctrl_c_prints_the_checks_that_are_done(monkeypatch, capsys) -> None:
+    def stop() -> float:
+        raise KeyboardInterrupt
+
+    checks = [Check("first", "a against b", lambda: 0.0, 1.0), Check("next", "c", stop, 1.0)]
+    monkeypatch.setattr("hexapod_pin.validation.checks.registry.all_checks", lambda: checks)
+    assert status_of(["verify"]) == 130
+    printed = capsys.readouterr()
+    assert "a against b" in printed.out
+    assert "interrupted; 1 of 2 cases are done" in printed.out + printed.err
+
+
 def test_hard_suite(monkeypatch, capsys) -> None:
     for failed, status in ((0, 0), (2, MISSED)):
         part = hard_suite.SuitePart(Table("Made up", ("a",), (("FAIL",),)), "the summary", failed)

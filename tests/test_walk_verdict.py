@@ -58,6 +58,9 @@ def test_a_glide_at_the_nominal_speed_walks() -> None:
         assert verdict.walks is (speed > 0.08)
         assert verdict.travel.speed_share == pytest.approx(10.0 * speed, rel=1e-12)
         assert verdict.walks or "of the nominal speed" in verdict.reason
+    scene = hp.Scene(hp.load_robot("kharagpur"))
+    standing = hp.walk_verdict(hp.simulate(scene, hp.HoldPosture(), duration=0.3))
+    assert standing.walks and standing.line.startswith("kharagpur stands: ")
 
 
 def test_motion_against_the_plan_is_told_by_its_speed() -> None:
