@@ -96,8 +96,6 @@ def test_what_cannot_be_searched_is_refused(tmp_path: Path) -> None:
     robot = hp.load_robot("kharagpur")
     with refused(ParameterError, "spacing", 0.0, allowed=(0.005, 0.5)):
         least_torque_posture(robot, hp.Gait.tripod(), spacing=0.0)
-    with refused(ParameterError, "transfer", 0.0):
-        least_torque_posture(robot, hp.Gait.tripod(), transfer=0.0)
     path = tmp_path / "two.urdf"
     path.write_text(legged(6, joints=2))
     two = hp.load_robot(path)

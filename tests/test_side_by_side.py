@@ -47,17 +47,6 @@ def test_every_run_is_whole_in_the_page(traces: Any, tmp_path: Path) -> None:
     assert len(list(tmp_path.iterdir())) == 2  # nothing else left
 
 
-def test_refusals(traces: Any, tmp_path: Path) -> None:
-    path = tmp_path / "runs.html"
-    with refused(ParameterError, "traces"):
-        write_side_by_side({}, path)
-    q = np.array(traces["slow"].q)
-    q[50] = np.nan
-    with refused(ViewerError, about=("run 'slow': q", "finite", "50", "0.5")):
-        write_side_by_side({**traces, "slow": replace(traces["slow"], q=q)}, path)
-    assert not path.exists()
-
-
 def aside(x: float, y: float) -> Trace:
     """A glide along x at 0.1 m/s, feet on a circle of 0.3 m around a point beside the trunk."""
     trace = synthetic_trace(duration=1.0)
@@ -178,6 +167,10 @@ def test_runs_that_cannot_be_compared_are_refused(tmp_path: Path) -> None:
     q[50] = np.nan
     with refused(ViewerError, about=("spread[0]", "finite")):
         write_html(plain, path, spread=[replace(plain, q=q)])
+    with refused(ViewerError, about=("run 'slow': q", "finite", "50", "0.5")):
+        write_side_by_side({"a": plain, "slow": replace(plain, q=q)}, path)
+    with refused(ParameterError, "traces"):
+        write_side_by_side({}, path)
     assert not path.exists()
 
 

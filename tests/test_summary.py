@@ -50,10 +50,6 @@ def test_a_summary_agrees_with_samples_at_every_accepted_step(trace: hp.Trace) -
     low, high = np.percentile(np.abs(torque), [98.9, 99.1], axis=0)  # two of 1601 samples apart
     assert (summary.torque_p99 >= 0.99 * low).all() and (summary.torque_p99 <= 1.01 * high).all()
     assert np.array_equal(summary.angle_max, trace.q[inside, 7:].max(axis=0))
-    assert summary.height_max == trace.q[inside, 2].max()
-    for name, column in (("roll_rate_rms", 3), ("pitch_rate_rms", 4)):
-        value = rms(time, trace.v[inside, column])
-        assert getattr(summary, name) == pytest.approx(value, rel=1e-9), name
 
 
 def rms(time: np.ndarray, values: np.ndarray) -> np.ndarray:

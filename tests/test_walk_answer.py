@@ -4,14 +4,20 @@ from __future__ import annotations
 
 import json
 import re
+import sys
 from pathlib import Path
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from conftest import Run
 
 import hexapod_pin as hp
 from hexapod_pin.ground.terrain import Ramp
-from hexapod_pin.results.walk_answer import walk_answer
+from hexapod_pin.results.ground_obstacle import find_obstacle
+from hexapod_pin.results.sizing import joint_demand, motor_budget
+from hexapod_pin.results.sizing.ranking import lightest_motors
+from hexapod_pin.results.walk_answer import rounded, walk_answer
 from hexapod_pin.results.walk_verdict import cautions
 from hexapod_pin.robot.loading.load_options import LoadOptions
 from hexapod_pin.text_table import WIDTH
@@ -54,7 +60,6 @@ def test_eight_lines_with_the_verdict_first(run: Run) -> None:
         r"kharagpur walks 0\.12\d m/s \(\d+\.\d%\), slip \S+ %, margin \d+ mm", done.out
     )
     assert [line.split()[0] for line in lines[3:6]] == ["coxa", "femur", "tibia"]
-    assert "assumed (--assumed)" in lines[6]
     assert lines[7] == "wrote walk.nc   next: hexapod-pin budget walk.nc --catalog"
     budget = run("budget", "walk.nc").out.splitlines()
     assert budget[:6] == lines[:6]
@@ -135,6 +140,13 @@ def test_one_verdict_on_a_motor(run: Run, trace: hp.Trace) -> None:
     assert judged.out.splitlines()[0] == first and judged.status == 3
     strong = walk_answer(trace, hp.load_catalog().get("MX-64", 12.0))
     assert strong.good and "MX-64 at 12 V passes" in "\n".join(strong.lines())
+    demand, rows = joint_demand(trace), [row for row in hp.load_catalog() if row.voltage == 12.0]
+    usable = [row for row in rows if row.mass and row.stall_torque and row.no_load_speed]
+    for kind, motor in lightest_motors(demand, rows).items():
+        passing = [row.mass for row in usable if motor_budget(demand, row).kind(kind).passes]
+        assert motor is not None and motor.mass == min(passing)
+    found = [rounded(value, error) for value, error in ((1.1163, 0.2), (1.1163, 3.0), (0.05983, 0))]
+    assert found == ["1.1", "1", "0.0598"]  # no digit below the error
 
 
 # Advice: the cause in the first line, and what to change tried by a run.
@@ -149,6 +161,10 @@ def test_a_stair_higher_than_the_lift(run: Run) -> None:
     assert done.status == 3 and re.fullmatch(cause, done.out.splitlines()[0])
     assert "lift them by 40 mm (--lift 0.04)" in said
     assert re.search(r"tried with --lift 0.04: it walks, 0\.\d+ of 0\.\d+ m", said)
+    scene = hp.Scene(hp.load_robot("kharagpur"), terrain=hp.Slope(angle=0.2))
+    gait = hp.Gait.tripod(stroke=0.1, cycle_time=1.0)
+    climb = hp.simulate(scene, hp.KinematicControl(gait), duration=1.0, step=2e-3)
+    assert find_obstacle(climb).height == pytest.approx(0.0, abs=1e-12)  # a slope has none
 
 
 def test_a_slope_too_steep_for_friction(run: Run) -> None:
@@ -219,3 +235,15 @@ def test_no_line_of_any_command_wraps(
         done = run(*words.split())
         lines = (done.out + done.err).replace(f"{tmp_path}/", "").splitlines()
         assert lines and max(map(len, lines)) <= width, (words, max(lines, key=len))
+
+
+def test_a_centre_of_mass_is_outside_its_feet_where_that_lasts(monkeypatch) -> None:
+    """What is over within 20 ms, ten samples, does not count; the least inside does."""
+    time, found = 0.002 * np.arange(501), []
+    for until in (100, 110, 111):
+        margins = np.full(len(time), 0.05)
+        margins[100:until], margins[200] = -0.4, 0.03
+        steady = SimpleNamespace(static_margin=margins, time=time)
+        monkeypatch.setattr(sys.modules[walk_answer.__module__], "stability", lambda _, s=steady: s)
+        found.append(sys.modules[walk_answer.__module__]._margin(None))
+    assert found == [0.03, 0.05, -0.4]

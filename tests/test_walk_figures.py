@@ -100,8 +100,6 @@ def test_refusals(trace: hp.Trace, slow: hp.Trace, tmp_path: Path) -> None:
         write_joint_motion_figure(trace, tmp_path / "figure.jpeg", ["lf"])
     with refused(UnknownNameError, kind="leg", name="tail"):
         draw_joint_motion(trace, ["tail"])
-    with refused(ParameterError, "polygons", 0):
-        draw_mass_center(trace, polygons=0)
     with refused(ParameterError, "slow", 2.4000000000000004):
         draw_quasi_static(slow, trace)
     with refused(ParameterError, "slow", 12.0):  # coxae stand

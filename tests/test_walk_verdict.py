@@ -19,6 +19,7 @@ from hexapod_pin.commands.terminal import DOES_NOT_WALK
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.results.walk_answer import walk_answer
+from hexapod_pin.results.walk_causes import dragging
 from hexapod_pin.results.walk_verdict import WalkVerdict
 from hexapod_pin.robot.holding_torque import standing_torque
 
@@ -72,8 +73,7 @@ def test_motion_against_the_plan_is_told_by_its_speed() -> None:
     assert verdict.travel.yaw_error == pytest.approx(-0.3, abs=1e-12)
     trace = synthetic_trace(speed=0.0, nominal_speed=0.0, turn_rate=0.2)
     verdict = hp.walk_verdict(turned(trace, 2, -0.1 * trace.time))
-    assert verdict.reason == "it turns the other way at 5.7 deg/s"
-    assert not verdict.walks
+    assert verdict.reason == "it turns the other way at 5.7 deg/s" and not verdict.walks
 
 
 def test_a_record_of_another_robot_is_refused() -> None:
@@ -128,14 +128,23 @@ def test_the_worst_joint_at_its_limits_is_named() -> None:
 def test_curves_stops_and_turns_on_the_spot_are_judged_by_their_plan() -> None:
     spot = walk(hp.Gait.tripod(stroke=0.0, turn_rate=-0.3, cycle_time=1.0))
     assert spot.walks and spot.travel.speed_share is None and spot.slip.per_metre is None
-    assert spot.travel.turn_share == pytest.approx(1.0, abs=0.02)
-    assert spot.travel.turn == pytest.approx(-0.6, rel=0.02)
+    assert (spot.travel.turn_share, spot.travel.turn) == pytest.approx((1.0, -0.6), rel=0.02)
     curve = walk(hp.Gait.tripod(stroke=0.04, turn_rate=0.2, cycle_time=1.0))
     assert curve.walks and curve.travel.turn_share == pytest.approx(1.0, abs=0.02)
     assert curve.travel.speed_share == pytest.approx(1.0, abs=0.02)
+    command = hp.motion.VelocityCommand(time=(0.0, 2.0), forward=(0.05, 0.0), turn_rate=(0.0, 0.2))
+    scene, control = (
+        hp.Scene(hp.load_robot("kharagpur")),
+        hp.KinematicControl(TRIPOD, velocity=command),
+    )
+    travel = hp.walk_verdict(hp.simulate(scene, control, duration=4.0)).travel
+    assert (travel.speed_share, travel.turn_share) == pytest.approx((1.0, 1.0), abs=0.05)
 
 
 def test_soft_servos_and_ice_are_distinguished() -> None:
+    assert "prescribed motion: no limit acts" in walk(TRIPOD, 1.0, prescribed=True).line
+    slip = {"lf_foot": 0.02, "rf_foot": 1.02, "rm_foot": 0.98}
+    assert dragging(slip, 1) == "it drags rf_foot and rm_foot along" and dragging(slip, 2) == ""
     soft = walk(servo=hp.Servo(kp=3.0, kd=0.1))
     assert not soft.walks and "stiffer servos" in soft.advice
     ice = walk(mu=1e-4)
