@@ -130,17 +130,6 @@ def test_servo_and_load_against_scipy() -> None:
     assert limit.stop_count >= 3
 
 
-def test_loop_of_a_load_that_turns() -> None:
-    """Link at +-(edge + L / K + L / kp); the encoder, on the motor's side, sees L / kp alone."""
-    load, kp, stiffness = 0.2, 8.0, 400.0
-    for sign in (1.0, -1.0):
-        trace = run(stiffness, 0.3, kp=kp, kd=0.3, push=sign * load, duration=4.0, sample=1.0,
-                    method="ndf", accuracy=1e-6)  # fmt: skip
-        rotor, _, gap, _ = angles(trace)
-        assert sign * rotor[-1] == pytest.approx(load / kp, abs=1e-5)
-        assert sign * gap[-1] == pytest.approx(EDGE + load / stiffness, abs=1e-5)
-
-
 @pytest.mark.parametrize("side", ["motor", "link"])
 def test_side_of_the_encoder(side: str) -> None:
     """A servo's P leaves L / kp at its encoder: on the link's side the gap is inside the loop."""
@@ -170,29 +159,20 @@ def test_robot_with_backlash() -> None:
     robot, plain = hp.load_robot("kharagpur", options=options), hp.load_robot("kharagpur")
     assert robot.legs == plain.legs and len(robot.joint_names) == 36
     assert set(robot.gaps.values()) == set(plain.joint_names)
-    assert robot.total_mass == pytest.approx(plain.total_mass, abs=18.5e-6)
     assert pickle.loads(pickle.dumps(robot)).gaps == robot.gaps
     servo = hp.Servo(kp=60.0, kd=1.2, motor=hp.drive.identified_drive("MX-64").motor(12.0))
     kp, _ = servo.gains(robot)
     assert [x for x, k in zip(robot.joint_names, kp, strict=True) if k == 0.0] == [*robot.gaps]
-    by_kind = hp.Servo(kp={"coxa": 60.0, "femur": 60.0, "tibia": 60.0}, kd=1.2, motor=servo.motor)
-    np.testing.assert_array_equal(by_kind.gains(robot)[0], kp)
-    assert (
-        leg_bodies(robot).pairs == leg_bodies(plain).pairs
-    )  # a first link still sits on the trunk
-    assert not leg_bodies(robot).excluded
+    # a first link still sits on the trunk
+    assert leg_bodies(robot).pairs == leg_bodies(plain).pairs and not leg_bodies(robot).excluded
     scene = hp.Scene(robot, servo=servo, stops=hp.JointStops(stiffness=600.0, dissipation=0.3))
     assert hp.Scene.from_toml(scene.to_toml()) == scene
     control = hp.KinematicControl(hp.Gait.tripod(stroke=0.06))
     trace = hp.simulate(scene, control, duration=0.05, method="implicit-euler", step=5e-4)
     gaps = [7 + robot.joint_index(name) for name in robot.gaps]
     assert 0.0049 < np.abs(trace.q[:, gaps]).max() < 0.015  # the weight lies on edges
-    kinds = trace.run.robot.joint_kinds
-    assert kinds is not None
-    assert [kinds[g - 7] for g in gaps] == ["gap"] * 18
-    assert [row.kind for row in kind_rows(summary_rows(trace.gathered))] == [
-        "coxa", "femur", "tibia"
-    ]  # fmt: skip
+    rows = kind_rows(summary_rows(trace.gathered))
+    assert [row.kind for row in rows] == ["coxa", "femur", "tibia"]
     still = hp.Scene(robot, prescribed=True)
     exact = hp.simulate(still, control, duration=0.02, accuracy=1e-3, estimate=False)
     assert np.abs(exact.q[:, gaps]).max() < 1e-12

@@ -23,7 +23,7 @@ UP = np.array([0.0, 0.0, 1.0])
 
 
 def numpy_force(contact: hp.Contact, gap: Any, u: Any, touch_speed: float) -> Any:
-    """Force on a foot, written again; a bristle that has not stretched is a capped damper."""
+    """A bristle that has not stretched is a capped damper."""
     slip = u - UP * u[2]
     normal = numpy_normal(contact.normal, -gap, -u[2], touch_speed)
     speed = np.sqrt(slip @ slip)  # not a norm: complex steps pass through it
@@ -38,7 +38,6 @@ def numpy_force(contact: hp.Contact, gap: Any, u: Any, touch_speed: float) -> An
 
 
 def slope_at_rest(contact: hp.Contact, gap: float, u: np.ndarray, touch_speed: float) -> float:
-    """Tangential damping of a foot without slip [N s/m]."""
     normal = numpy_normal(contact.normal, -gap, -u[2], touch_speed)
     if isinstance(contact.friction, hp.contact.StickSlip):
         return contact.friction.damping if normal > 0.0 else 0.0
@@ -56,8 +55,11 @@ def states() -> list[tuple[float, np.ndarray]]:
     return [*found, (1e-4, still)]
 
 
-@pytest.mark.parametrize("friction", FRICTIONS)
-@pytest.mark.parametrize("normal", NORMAL)
+PAIRS = [("adams", "adams"), *((normal, "tanh") for normal in NORMAL)]
+PAIRS += [("hertz", friction) for friction in FRICTIONS if friction != "tanh"]
+
+
+@pytest.mark.parametrize(("normal", "friction"), PAIRS)
 def test_force_and_blocks_of_every_pair(normal: str, friction: str, tmp_path) -> None:
     """The force equals NumPy's, its blocks -df/du (3x3) and -df/dgap (3) equal complex steps."""
     contact = hp.Contact(normal=NORMAL[normal], friction=FRICTIONS[friction])
@@ -86,8 +88,7 @@ def test_force_and_blocks_of_every_pair(normal: str, friction: str, tmp_path) ->
 
 
 def test_laws_and_presets_survive_toml() -> None:
-    laws = [hp.Contact(normal=law, friction=FRICTION["tanh"]) for law in NORMAL.values()]
-    laws += [hp.Contact(normal=NORMAL["hertz"], friction=law) for law in FRICTIONS.values()]
+    laws = [hp.Contact(normal=NORMAL[one], friction=FRICTIONS[other]) for one, other in PAIRS]
     for contact in (*laws, *map(hp.Contact.preset, PRESETS)):
         assert hp.Contact(**read_toml(tomli_w.dumps(contact.model_dump()))) == contact
 
@@ -115,27 +116,16 @@ def test_first_papers_equation_with_and_without_the_exponent() -> None:
 
 
 STATIC, STIFF = {"mu_static": 0.3, "mu_dynamic": 0.4}, {"stiffness": 1e5}
-BOUNCE = {**STIFF, "restitution": 0.3}
 BRISTLE = {"mu": 0.3, "stiffness": 1.0, "damping": 0.0}
 SPEEDS = {"stiction_speed": 0.1, "transition_speed": 0.05}
 BAD = [
-    ("HuntCrossley", {"stiffness": -1.0}, ".stiffness", -1.0, (0.0,)),
     ("HuntCrossley", {**STIFF, "exponent": 0.5}, ".exponent", 0.5, ()),
-    ("HuntCrossley", {"stiffness": np.nan}, ".stiffness", np.nan, ()),
     ("KelvinVoigt", STIFF, ".damping", None, ()),
-    ("KelvinVoigt", {**STIFF, "damping": -1.0}, ".damping", -1.0, (0.0,)),
     ("Restitution", {**STIFF, "restitution": 2.0}, ".restitution", 2.0, (1.0,)),
-    ("Restitution", {**BOUNCE, "model": "x"}, ".model", "x", ()),
-    ("Restitution", {**BOUNCE, "speed_floor": 0.0}, ".speed_floor", 0.0, (0.0,)),
-    ("TanhCoulomb", {"mu": -0.1, "slope": 1.0}, ".mu", -0.1, (0.0,)),
-    ("TanhCoulomb", {"mu": 0.1, "slope": 0.0}, ".slope", 0.0, (0.0,)),
     ("TanhCoulomb", {"mu": 0.1, "slope": 1.0, "kt": 3.0}, ".kt", 3.0, ()),
     ("SmoothStep", {**STATIC, "speed": 1e-3}, "", ANY, (0.4, 0.3)),
     ("BrownMcPhee", {**STATIC, "speed": 1e-3}, "", ANY, (0.4, 0.3)),
-    ("BrownMcPhee", {**STATIC, "mu_dynamic": 0.2, "speed": 0.0}, ".speed", 0.0, (0.0,)),
     ("StickSlip", {**BRISTLE, "mu_dynamic": 0.4}, "", ANY, (0.4, 0.3)),
-    ("StickSlip", {**BRISTLE, "stiffness": 0.0}, ".stiffness", 0.0, (0.0,)),
-    ("StickSlip", {"stiffness": 1.0, "damping": 0.0}, ".mu", None, ()),
     ("AdamsCoulomb", {**STATIC, "mu_dynamic": 0.1, **SPEEDS}, "", ANY, (0.1,)),
 ]
 
@@ -144,13 +134,3 @@ BAD = [
 def test_bad_parameters_are_refused_by_name(law, parameters, place, value, allowed):
     with refused(ParameterError, law + place, value, allowed=allowed):
         getattr(hp.contact, law)(**parameters)
-
-
-def test_native_kinds_match_the_python_laws() -> None:
-    """One native kind per class, none left over (but `none`); an unknown kind is refused."""
-    normal = {law.native().kind for law in NORMAL.values()}
-    friction = {law.native().kind for law in FRICTIONS.values()}
-    assert normal == set(_native.NormalKind)
-    assert friction | {_native.FrictionKind.none} == set(_native.FrictionKind)
-    with refused(ParameterError, "Contact.normal", {"kind": "glue"}):
-        hp.Contact(normal={"kind": "glue"}, friction=FRICTION["tanh"])

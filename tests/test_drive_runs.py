@@ -33,6 +33,7 @@ def run(
     motor: hp.Motor | None = None,
     limited: bool = False,
     stops: hp.JointStops = FREE,
+    loads: tuple[hp.Push, ...] = (),
     settings: dict[str, float] | None = None,
 ) -> hp.Trace:
     """Return a run of the light joint; the heavy ones have neither servo nor motor."""
@@ -42,7 +43,7 @@ def run(
         kp={**others, JOINT: kp}, kd={**others, JOINT: kd}, limited=limited,
         motor={JOINT: motor} if motor else None,
     )  # fmt: skip
-    scene = hp.Scene(robot, servo=servo, gravity=WEIGHTLESS, stops=stops)
+    scene = hp.Scene(robot, servo=servo, gravity=WEIGHTLESS, stops=stops, loads=loads)
     state = robot.stand({JOINT: angle})
     q, v = state.q.copy(), state.v.copy()
     q[2] += 10.0
@@ -83,9 +84,7 @@ def test_dry_friction_holds_without_creep_and_breaks_loose_above_its_level(metho
     assert not trace.v[:, -1].any()
     np.testing.assert_array_equal(trace.q[:, -1], trace.q[0, -1])
     np.testing.assert_allclose(trace.torque[:, -1], 0.199, rtol=1e-12)
-    trace = run(
-        method, kp=1.0, target=0.202, duration=0.01, sample=0.01, motor=friction(0.2)
-    )  # fmt: skip
+    trace = run(method, kp=1.0, target=0.202, duration=0.01, sample=0.01, motor=friction(0.2))
     assert trace.v[-1, -1] == pytest.approx(0.01 * 0.002 / INERTIA, rel=2e-2)
 
 
@@ -105,10 +104,8 @@ def test_sliding_stops_at_the_analytic_time(method: str) -> None:
 
 def test_energy_account_closes() -> None:
     """Line, cap, friction, damping and stops: the residual stays below 1e-6 of the work done."""
-    motor = hp.Motor(
-        stall_torque=0.05, no_load_speed=4.0, dry_friction=0.005, viscous_friction=1e-4,
-        rotor_inertia=1e-7, gear_ratio=50.0,
-    )  # fmt: skip
+    weak = {"stall_torque": 0.05, "no_load_speed": 4.0, "dry_friction": 0.005}
+    motor = hp.Motor(**weak, viscous_friction=1e-4, rotor_inertia=1e-7, gear_ratio=50.0)
     stops = hp.JointStops(stiffness=5.0, dissipation=0.3)
     for method, bound in (("extrapolated-euler", 1e-4), ("ndf", 1e-4), ("dop853", 1e-6)):
         trace = run(
@@ -121,18 +118,16 @@ def test_energy_account_closes() -> None:
 
 
 @pytest.mark.parametrize(
-    ("method", "accuracy"),
-    [("extrapolated-euler", 1e-6), ("ndf", 1e-8), ("dop853", 1e-7), ("dop853", 1e-9)],
+    ("method", "accuracy"), [("extrapolated-euler", 1e-6), ("ndf", 1e-8), ("dop853", 1e-9)]
 )
-@pytest.mark.parametrize("amplitude", [0.301, 0.3015, 0.303])
-def test_limit_touched_for_a_moment(method: str, accuracy: float, amplitude: float) -> None:
-    """An oscillator that meets its torque limit for 5 to 9 % of its period, within single steps.
+def test_limit_touched_for_a_moment(method: str, accuracy: float) -> None:
+    """An oscillator that meets its torque limit for 5 % of its period, within single steps.
 
     Beyond the angle c of the limit it moves on parabolas: with amplitude A it passes zero again
     after T / 2 = 2 (sqrt(2 (A - c) I / cap) + atan(w c / v_c) / w). Steps over the moment at the
     limit miss 1e-7 by a factor of 5000.
     """
-    kp, cap = 1.0, 0.30
+    kp, cap, amplitude = 1.0, 0.30, 0.301
     w, c = np.sqrt(kp / INERTIA), cap / kp
     rise = np.sqrt(2.0 * (amplitude - c) * INERTIA / cap)
     at_limit = cap / INERTIA * rise
@@ -147,46 +142,16 @@ def test_limit_touched_for_a_moment(method: str, accuracy: float, amplitude: flo
     assert trace.v[-1, -1] == pytest.approx(rate, abs=10.0 * accuracy * w)
 
 
-def scene_with_everything(method: str, settings: dict[str, float]) -> np.ndarray:
-    """Return the angle at the samples of a joint that meets its cap, line, stops and friction."""
-    motor = hp.Motor(stall_torque=0.05, no_load_speed=4.0, dry_friction=0.004)
-    stops = hp.JointStops(stiffness=5.0, dissipation=0.3)
-    trace = run(
-        method, kp=1.0, kd=0.02, target=-0.6, angle=0.5, rate=6.0, motor=motor, stops=stops,
-        settings=settings,
-    )  # fmt: skip
-    return np.asarray(trace.q[:, -1])
-
-
-def test_methods_agree_at_their_orders() -> None:
-    """Adaptive methods within their accuracy, fixed steps with errors that fall with the step."""
-    exact = scene_with_everything("dop853", {"accuracy": 1e-11})
-    for method, accuracy in (("extrapolated-euler", 1e-5), ("ndf", 1e-6), ("dop853", 1e-8)):
-        found = scene_with_everything(method, {"accuracy": accuracy})
-        assert np.abs(found - exact).max() < accuracy
-    for method in ("robust", "implicit-euler", "rk4"):
-        coarse, fine = (
-            np.abs(scene_with_everything(method, {"step": step}) - exact).max()
-            for step in (1e-3, 1.25e-4)
-        )
-        assert fine < 2e-3
-        assert fine < coarse / 4.0  # of first order: 8
-
-
 def test_summaries_and_tables_know_the_motor() -> None:
     """A motor too weak for the walk: at its limit for the time the counters say."""
-    robot = hp.load_robot("kharagpur")
     motor = hp.Motor(stall_torque=0.7, no_load_speed=6.0)
-    scene = hp.Scene(robot, servo=hp.Servo(kp=60.0, kd=1.2, motor=motor))
+    scene = hp.Scene(hp.load_robot("kharagpur"), servo=hp.Servo(kp=60.0, kd=1.2, motor=motor))
     control = hp.KinematicControl(hp.Gait.tripod(stroke=0.06, cycle_time=1.2))
     trace = hp.simulate(scene, control, duration=4.8, accuracy=1e-4)
-    summary = trace.summary
     counted = np.array([one.limit_time for one in trace.limits])
     worst = int(np.argmax(counted))
     assert counted[worst] > 1.5
     # the window is half the run: two of four cycles, alike but for the start
-    share = counted[worst] / 4.8
-    assert summary.at_limit[worst] == pytest.approx(share, rel=0.05)
-    assert summary.torque_margin.max() <= 0.7
-    assert trace.run.robot.effort_limit == (0.7,) * 18
+    assert trace.summary.at_limit[worst] == pytest.approx(counted[worst] / 4.8, rel=0.05)
+    assert trace.summary.torque_margin.max() <= 0.7
     assert all(row.effort_limit == 0.7 for row in hp.torque_budget(trace).joints)

