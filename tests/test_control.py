@@ -30,11 +30,6 @@ MAKERS: dict[str, MakeGait] = {
 }  # fmt: skip
 
 
-@pytest.fixture(scope="module", params=["kharagpur", "athena"])
-def robot(request: pytest.FixtureRequest) -> Robot:
-    return load_robot(request.param)
-
-
 @pytest.fixture(scope="module")
 def kharagpur() -> Robot:
     return load_robot("kharagpur")
@@ -50,20 +45,10 @@ def foot_path(robot: Robot, gait: Gait, stop_at: float | None = None) -> FootPat
     return FootPath.of(leg_group(robot), gait, stop_at=stop_at)
 
 
-@pytest.mark.parametrize(
-    ("robot", "make"),
-    [
-        ("kharagpur", "tripod"),
-        ("kharagpur", "ripple"),
-        ("kharagpur", "tetrapod"),
-        ("kharagpur", "wave 2/3"),
-        ("athena", "tripod"),
-        ("athena", "wave 5/6"),
-    ],
-    indirect=["robot"],
-)
-def test_a_plan_puts_the_feet_on_their_paths(robot: Robot, make: str) -> None:
+@pytest.mark.parametrize("make", MAKERS)
+def test_a_plan_puts_the_feet_on_their_paths(make: str) -> None:
     """At the knots to rounding, between them within a microradian; from standing on."""
+    robot = load_robot("athena" if make == "wave 5/6" else "kharagpur")
     gait = MAKERS[make](stroke=0.08, lift=0.03, heading=0.5)
     plan, path = KinematicControl(gait).plan(robot, 10.0), foot_path(robot, gait)
     assert plan.time[0] == 0.0 and np.diff(plan.time).max() <= 0.01 + 1e-12
@@ -101,10 +86,9 @@ def test_knots_are_closer_for_a_fast_gait(kharagpur: Robot) -> None:
 
 
 def test_the_steady_window_ends_with_the_stop_or_is_empty(kharagpur: Robot) -> None:
-    robot = kharagpur
-    plan = KinematicControl(Gait.tetrapod(stroke=0.1), stop_at=14.4).plan(robot, 16.0)
+    plan = KinematicControl(Gait.tetrapod(stroke=0.1), stop_at=14.4).plan(kharagpur, 16.0)
     assert plan.time[-1] == pytest.approx(14.4, abs=1e-12)  # the last angles stay
-    np.testing.assert_allclose(plan.q[-1] - robot.posture, 0.0, atol=1e-12)
+    np.testing.assert_allclose(plan.q[-1] - kharagpur.posture, 0.0, atol=1e-12)
     np.testing.assert_allclose(plan.v[-1], 0.0, atol=1e-12)
     # The first leg prepares 3.25 - 2/3 cycles before the stop: 3.42, so 3 whole cycles.
     assert plan.steady_until == pytest.approx(3 * 2.4)
@@ -113,14 +97,14 @@ def test_the_steady_window_ends_with_the_stop_or_is_empty(kharagpur: Robot) -> N
     assert plan.steady_until <= plan.steady_from
 
 
-def test_wave_is_the_same_on_both_sides_half_a_cycle_apart(robot: Robot) -> None:
+def test_wave_is_the_same_on_both_sides_half_a_cycle_apart(kharagpur: Robot) -> None:
     """Mirror symmetry: the right leg does what the left one did half a cycle ago, yaw reversed."""
-    plan = KinematicControl(Gait.wave(3 / 4, stroke=0.1)).plan(robot, 12.0)
+    plan = KinematicControl(Gait.wave(3 / 4, stroke=0.1)).plan(kharagpur, 12.0)
     spline = CubicHermiteSpline(plan.time, plan.q, plan.v, axis=0)
     time = np.linspace(7.2, 9.6, 300)
     for left, right in (("lf", "rf"), ("lm", "rm"), ("lr", "rr")):
-        before = spline(time - 1.2)[:, leg_columns(robot, left)]
-        now = spline(time)[:, leg_columns(robot, right)]
+        before = spline(time - 1.2)[:, leg_columns(kharagpur, left)]
+        now = spline(time)[:, leg_columns(kharagpur, right)]
         np.testing.assert_allclose(now * [-1, 1, 1], before, atol=2e-6)  # knots differ
 
 
@@ -140,32 +124,8 @@ def test_middle_legs_of_s2_swing_by_twenty_degrees(kharagpur: Robot) -> None:
         assert yaw.max() == pytest.approx(20.0, abs=1.3)
 
 
-def test_stroke_too_long_names_the_leg_and_the_largest(kharagpur: Robot) -> None:
-    robot, make = kharagpur, Gait.tripod
-    with refused(GaitError, quantity="stroke", about=("leg lf", "lf_femur_joint")) as caught:
-        KinematicControl(make(stroke=0.8)).plan(robot, 10.0)
-    limit = caught.value.limit
-    assert limit is not None and 0.1 < limit < 0.5
-    assert f"{limit:.4g} m" in str(caught.value)
-    KinematicControl(make(stroke=0.9999 * limit)).plan(robot, 10.0)
-    with pytest.raises(GaitError):
-        KinematicControl(make(stroke=1.002 * limit)).plan(robot, 10.0)
-
-
-def test_lift_too_high_names_the_leg_and_the_largest(kharagpur: Robot) -> None:
-    with refused(GaitError, quantity="lift", about=("leg lf", "lf_femur_joint")) as caught:
-        KinematicControl(Gait.tetrapod(stroke=0.05, lift=0.6)).plan(kharagpur, 10.0)
-    limit = caught.value.limit
-    assert limit is not None and 0.02 < limit < 0.6
-    # Slow, so that the joints' speed is not what limits it.
-    gait = Gait.tetrapod(stroke=0.05, lift=0.9999 * limit)
-    KinematicControl(gait).plan(kharagpur, 10.0)
-    with pytest.raises(GaitError):
-        KinematicControl(Gait.tetrapod(stroke=0.05, lift=1.005 * limit)).plan(kharagpur, 10.0)
-
-
-def test_joint_too_fast_names_it_and_the_shortest_cycle(robot: Robot) -> None:
-    joint = "lf_coxa_joint"
+def test_joint_too_fast_names_it_and_the_shortest_cycle(kharagpur: Robot) -> None:
+    robot, joint = kharagpur, "lf_coxa_joint"
     fastest = f"{robot.velocity_limit[robot.joint_index(joint)]:g}"
     with refused(GaitError, quantity="cycle_time", about=("leg lf", joint, fastest)) as caught:
         KinematicControl(Gait.tetrapod(cycle_time=0.3)).plan(robot, 3.0)
@@ -206,26 +166,40 @@ def test_robot_with_legs_of_another_shape_walks_too(tmp_path: Path) -> None:
         np.testing.assert_allclose(planned, p_BF[:, index], atol=1e-9)
 
 
-def test_turning_too_fast_names_the_turn_rate(kharagpur: Robot) -> None:
-    """On the spot there is no stroke to shorten."""
-    with refused(GaitError, quantity="turn_rate", about=("turn_rate",)) as caught:
-        KinematicControl(Gait.tripod(stroke=0.0, turn_rate=-1.5)).plan(kharagpur, 10.0)
+@pytest.mark.parametrize(
+    ("quantity", "gait", "value", "least", "about"),
+    [
+        ("stroke", Gait.tripod(), 0.8, 0.1, ("leg lf", "lf_femur_joint")),
+        # slow, so that the joints' speed is not what limits it
+        ("lift", Gait.tetrapod(stroke=0.05), 0.6, 0.02, ("leg lf", "lf_femur_joint")),
+        # on the spot there is no stroke to shorten
+        ("turn_rate", Gait.tripod(stroke=0.0), -1.5, -0.1, ("turn_rate",)),
+    ],
+    ids=["stroke", "lift", "turn_rate"],
+)
+def test_too_much_names_the_leg_and_the_largest(
+    kharagpur: Robot, quantity: str, gait: Gait, value: float, least: float, about: tuple[str, ...]
+) -> None:
+    def plan(asked: float) -> None:
+        KinematicControl(gait.model_copy(update={quantity: asked})).plan(kharagpur, 10.0)
+
+    with refused(GaitError, quantity=quantity, about=about) as caught:
+        plan(value)
     limit = caught.value.limit
-    assert limit is not None and -1.5 < limit < -0.1
-    KinematicControl(Gait.tripod(stroke=0.0, turn_rate=limit)).plan(kharagpur, 10.0)
+    assert limit is not None and abs(least) < abs(limit) < abs(value)
+    plan(0.9999 * limit)
+    with pytest.raises(GaitError):
+        plan(1.005 * limit)
 
 
 def test_postures_and_robots_that_cannot_walk_are_refused(kharagpur: Robot) -> None:
     """A knee almost straight, even without joint limits; feet at different heights; no six legs."""
     posture = kharagpur.posture.copy()
     posture[[kharagpur.joint_index(f"{leg}_tibia_joint") for leg in LEG_ORDER]] = 0.02
-    n = len(kharagpur.joint_names)
-    inf = np.full(n, np.inf)
-    free = dataclasses.replace(
-        kharagpur, lower=-inf, upper=inf, velocity_limit=inf, posture=posture
-    )
-    about = ("leg lf", "singular", "lf_coxa_joint", "lf_femur_joint", "lf_tibia_joint")
-    with refused(GaitError, quantity="posture", limit=None, about=about):
+    inf = np.full(18, np.inf)
+    endless = {"lower": -inf, "upper": inf, "velocity_limit": inf}
+    free = dataclasses.replace(kharagpur, **endless, posture=posture)
+    with refused(GaitError, quantity="posture", limit=None, about=("leg lf", "singular")):
         KinematicControl(Gait.tripod(stroke=0.0)).plan(free, 10.0)
     posture = kharagpur.posture.copy()
     posture[kharagpur.joint_index("rr_femur_joint")] -= 0.2
@@ -237,12 +211,11 @@ def test_postures_and_robots_that_cannot_walk_are_refused(kharagpur: Robot) -> N
         KinematicControl(Gait.tripod()).plan(without, 10.0)
 
 
-@pytest.mark.parametrize("controller", [HoldPosture(), KinematicControl(Gait.tripod())])
-def test_bad_times_are_named(kharagpur: Robot, controller: Any) -> None:
-    for duration in (0.0, -1.0, np.nan, np.inf):
-        call = "" if np.isfinite(duration) else f"{type(controller).__name__}.plan."
-        with refused(ParameterError, f"{call}duration", duration):
-            controller.plan(kharagpur, duration)
+def test_bad_times_are_named(kharagpur: Robot) -> None:
+    with refused(ParameterError, "duration", 0.0):
+        HoldPosture().plan(kharagpur, 0.0)
+    with refused(ParameterError, "KinematicControl.plan.duration", np.nan):
+        KinematicControl(Gait.tripod()).plan(kharagpur, np.nan)
     with refused(ParameterError, "stop_at", 3.0, allowed=(7.6,)):
         KinematicControl(Gait.tetrapod(), stop_at=3.0).plan(kharagpur, 10.0)
 
@@ -252,8 +225,6 @@ def test_controllers_are_data() -> None:
     settings = control.to_dict()
     assert settings["kind"] == "kinematic"
     assert KinematicControl(Gait(**settings["gait"]), stop_at=settings["stop_at"]) == control
-    assert "stop_at" not in KinematicControl(Gait.tripod()).to_dict()
-    assert HoldPosture().to_dict() == {"kind": "hold"}
     assert HoldPosture({"a": 1}).to_dict() == {"kind": "hold", "q": {"a": 1.0}}
     angles = np.array([0.1, 0.2])
     hold = HoldPosture(angles)
@@ -262,16 +233,15 @@ def test_controllers_are_data() -> None:
 
 
 def test_hold_takes_posture_array_or_names(kharagpur: Robot) -> None:
-    robot, n = kharagpur, 18
-    some = robot.posture + 0.01 * np.sin(np.arange(n) + 1.0) ** 2
-    row = robot.joint_index("rm_femur_joint")
-    expected = {None: robot.posture.copy(), "array": some, "names": robot.posture.copy()}
-    expected["names"][row] = 0.2
-    given: dict[str | None, Any] = {None: None, "array": some, "names": {"rm_femur_joint": 0.2}}
-    for case, q in given.items():
+    robot = kharagpur
+    some = robot.posture + 0.01 * np.sin(np.arange(18) + 1.0) ** 2
+    named = robot.posture.copy()
+    named[robot.joint_index("rm_femur_joint")] = 0.2
+    given = [(None, robot.posture), (some, some), ({"rm_femur_joint": 0.2}, named)]
+    for q, expected in given:
         plan = HoldPosture(q).plan(robot, 3.0)
-        np.testing.assert_array_equal(plan.q, np.tile(expected[case], (2, 1)))
-        np.testing.assert_array_equal(plan.v, np.zeros((2, n)))
+        np.testing.assert_array_equal(plan.q, np.tile(expected, (2, 1)))
+        np.testing.assert_array_equal(plan.v, np.zeros((2, 18)))
         assert (plan.cycle_time, plan.steady_from, plan.steady_until) == (None, 0.0, 3.0)
         assert list(plan.time) == [0.0, 3.0]
 
@@ -279,8 +249,6 @@ def test_hold_takes_posture_array_or_names(kharagpur: Robot) -> None:
 def test_hold_refuses_what_the_robot_cannot_take(kharagpur: Robot) -> None:
     with refused(ParameterError, "HoldPosture.q[lf_tibia_joint]", -0.5):
         HoldPosture({"lf_tibia_joint": -0.5}).plan(kharagpur, 1.0)
-    with refused(ParameterError, "HoldPosture.q[lf_coxa_joint]", float("nan")):
-        HoldPosture({"lf_coxa_joint": np.nan}).plan(kharagpur, 1.0)
     with refused(UnknownNameError, kind="joint", name="elbow"):
         HoldPosture({"elbow": 0.0}).plan(kharagpur, 1.0)
     with refused(ParameterError, "HoldPosture.q", (3,), allowed=(18,)):
@@ -300,8 +268,6 @@ def plan_fields(**changes: Any) -> dict[str, Any]:
     ("changes", "name", "value"),
     [
         ({"time": [0.0, 1.0, 1.0]}, "JointTrajectory.time", ANY),
-        ({"time": [0.1, 1.0, 2.0]}, "JointTrajectory.time", ANY),
-        ({"time": [0.0, 1.0]}, "JointTrajectory.time, q, v", ((2,), (3, 2), (3, 2))),
         ({"q": np.full((3, 2), np.nan)}, "JointTrajectory.q[0, 0]", np.nan),
         ({"v": np.zeros((3, 1))}, "JointTrajectory.time, q, v", ((3,), (3, 2), (3, 1))),
     ],

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -25,10 +25,8 @@ RIPPLE = hp.Gait.ripple().model_dump()
 JOINT = robot(NAME).joint_names[4]
 FOOT = robot(NAME).feet[2].name
 FAULTS = [
-    ("q", (0, 4), f"q of {JOINT}"), ("v", (0, 4), f"v of {JOINT}"),
-    ("torque", (0, 4), f"torque of {JOINT}"), ("rotation", (0, 2, 1), "rotation"),
-    ("angular_velocity", (0, 1), "angular_velocity"), ("acceleration", (0, 2), "acceleration"),
-    ("foot_force", (0, 2, 1), f"foot_force of {FOOT}"),
+    ("q", (1, 4), f"q of {JOINT}"), ("rotation", (1, 2, 1), "rotation"),
+    ("foot_force", (1, 2, 1), f"foot_force of {FOOT}"),
 ]  # fmt: skip
 
 
@@ -41,56 +39,22 @@ def full(**parts: Any) -> hp.FootControl:
     )  # fmt: skip
 
 
-# readings -------------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(("number", "fault"), list(enumerate(FAULTS)))
 def test_a_reading_that_is_no_number_is_named(number, fault):
     """With what, of what, when, and in which run of the lock-step."""
-    (field, place, reading), value = fault, (np.nan, np.inf, -np.inf)[number % 3]
+    (field, place, reading), value = fault, (np.nan, np.inf, -np.inf)[number]
     measured = loads_on(NAME, PUSHED, time=1.25)
     rows = {
         name: np.repeat(array, 3, axis=0)
         for name, array in vars(measured).items()
         if name != "time"
     }
-    rows[field][(1, *place[1:])] = value
+    rows[field][place] = value
     control = full()
     state = control.start(hp.Scene(robot(NAME)), 3)
     fault = {"reading": reading, "value": value, "time": 1.25, "row": 1}
     with refused(hp.errors.SensorError, about=(reading, "1.25", "1"), **fault):
         control.update(1.3, replace(measured, **rows), state)
-
-
-@dataclass
-class Broken:
-    """Foot control one of whose readings fails at a time."""
-
-    control: hp.FootControl
-    field: str
-    place: tuple[int, ...]
-    time: float = 0.2
-
-    def __post_init__(self) -> None:
-        """Copy the attributes that a run needs."""
-        self.period, self.start = self.control.period, self.control.start
-
-    def update(self, time: float, m: Any, state: Any) -> tuple[hp.feedback.Command, Any]:
-        if time >= self.time:
-            broken = np.array(getattr(m, self.field))
-            broken[self.place] = np.nan
-            m = replace(m, **{self.field: broken})
-        return self.control.update(time, m, state)
-
-
-@pytest.mark.parametrize(("field", "place", "reading"), FAULTS[2:4] + FAULTS[-1:])
-def test_a_run_whose_sensor_fails_ends_with_its_name(field, place, reading):
-    fault = {"reading": reading, "value": np.nan, "time": pytest.approx(0.2), "row": 0}
-    with refused(hp.errors.SensorError, about=(reading, "0.2", "0"), **fault):
-        hp.simulate(hp.Scene(robot(NAME)), Broken(full(), field, place), duration=1.0)
-
-
-# ground and legs ------------------------------------------------------------------------------
 
 
 def test_a_foot_that_never_touches_searches_to_its_limit_and_no_further():
@@ -106,7 +70,6 @@ def test_a_foot_that_never_touches_searches_to_its_limit_and_no_further():
     offset, mode = recall(memory, "offset")[:, 1, 2], recall(memory, "mode")[:, 1]
     assert offset.min() == pytest.approx(-0.02, abs=2e-3)
     assert recall(memory, "share")[-1, 1] == 0.0  # others carry the robot; it searches
-    assert recall(memory, "travel")[:, 1].min() > -0.002  # load / k
     assert recall(memory, "travel")[-1, 1] == pytest.approx(0.0, abs=1e-8)
     lost = int(np.argmax(mode == SEARCH))
     assert lost * T == pytest.approx(0.3, abs=0.011)
@@ -115,37 +78,12 @@ def test_a_foot_that_never_touches_searches_to_its_limit_and_no_further():
     assert np.isfinite(target).all()
 
 
-@pytest.mark.parametrize("name", ["athena", "kharagpur"])
-def test_feet_held_over_a_deep_groove_search_to_their_limit(name):
-    """The two middle feet; the robot stands on four, then walks out of it."""
-    groove = hp.terrain.Groove(angle_left=1.0, angle_right=1.0, depth=0.06)
-    scene = hp.Scene(robot(name), terrain=groove)
-    run = Recorded(replace(full(), walk=standing()))
-    trace = hp.simulate(scene, run, duration=2.0, sample=0.05)
-    offset = run.recalled("offset")[..., 2]
-    assert offset[-1, [1, 4]] == pytest.approx([-0.03, -0.03], abs=2e-3)
-    assert np.abs(offset[:, [0, 2, 3, 5]]).max() < 2e-3 and offset.min() > -0.032
-    assert trace.q[-1, 2] == pytest.approx(trace.q[0, 2], abs=5e-3)
-    walked = hp.simulate(scene, full(), duration=5.0, sample=0.05)
-    assert walked.q[-1, 0] > 0.3 and np.abs(walked.q[-1, 3:5]).max() < 0.05
-
-
-TARGETS = {
-    "slip": hp.foot_control.SlipPid(),
-    "force_targets": hp.foot_control.ForceTargets(sole="contact"),
-}
-SLOW = {"slip": hp.foot_control.SlipPid(bandwidth=4.0)}
-
-
-@pytest.mark.parametrize(
-    ("name", "lost", "parts"),
-    [("athena", 0.0, SLOW), ("kharagpur", 2.0, SLOW), ("athena", 2.0, TARGETS)],
-)
-def test_a_leg_lost_leaves_a_robot_that_walks_on(name, lost, parts):
+@pytest.mark.parametrize(("name", "lost"), [("athena", 0.0), ("kharagpur", 2.0)])
+def test_a_leg_lost_leaves_a_robot_that_walks_on(name, lost):
     """Five legs in a wave; the sixth drags its own weight, the others carry the rest."""
     scene = hp.Scene(robot(name), loads=[hp.LostLeg("lm", lost)])
-    gait = hp.Gait.wave(lift=0.03, cycle_time=3.0)
-    run = Recorded(hp.FootControl(gait, touch_down=hp.foot_control.TouchDown(), **parts))
+    gait, slip = hp.Gait.wave(lift=0.03, cycle_time=3.0), hp.foot_control.SlipPid(bandwidth=4.0)
+    run = Recorded(hp.FootControl(gait, touch_down=hp.foot_control.TouchDown(), slip=slip))
     trace = hp.simulate(scene, run, duration=6.0, sample=0.02)
     weight, late = 9.81 * robot(name).total_mass, trace.time > 3.0
     force = trace.foot_force[late][:, foot_order(name), 2]
@@ -155,15 +93,6 @@ def test_a_leg_lost_leaves_a_robot_that_walks_on(name, lost, parts):
     assert (np.delete(force, 1, axis=1).max(axis=0) > 0.1 * weight).all()
     assert np.abs(trace.q[-1, 3:5]).max() < 0.02
     assert run.recalled("offset")[:, 1, 2].min() >= -0.03 - 1e-3
-
-
-def test_a_leg_lost_under_a_tripod_does_not_end_the_run():
-    scene = hp.Scene(robot("athena"), loads=[hp.LostLeg("lm", 2.0)])
-    trace = hp.simulate(scene, full(), duration=6.0, sample=0.05)
-    assert trace.time[-1] == 6.0 and np.isfinite(trace.q).all() and trace.q[-1, 0] > 0.2
-
-
-# reach ----------------------------------------------------------------------------------------
 
 
 def angles_for(law, feet: np.ndarray) -> np.ndarray:
@@ -188,14 +117,11 @@ def test_targets_out_of_reach_are_approached():
     assert np.array(places)[others] == pytest.approx(feet[others], abs=1e-9)
     with refused(hp.errors.ReachError, leg="lr"):
         six.legs[2].inverse(feet[2])
-    law = made("athena", standing())
-    plan = law.walk.table.at(law.lead)[:, :3]
-    feet = np.stack([plan, plan])
-    feet[0, 2, 2] -= 0.4
-    feet[1, 0, 2] += 0.01
-    both = angles_for(law, feet)
-    assert np.array_equal(both[1], angles_for(law, feet[1:])[0])
-    assert np.array_equal(both[0], angles_for(law, feet[:1])[0])
+    near = np.array(plan)
+    near[0, 2] += 0.01
+    both = angles_for(law, np.stack([feet, near]))
+    assert np.array_equal(both[1], angles_for(law, near[None])[0])
+    assert np.array_equal(both[0], angles)
 
 
 def test_a_gait_that_the_robot_cannot_walk_is_refused_as_in_open_loop():
@@ -222,17 +148,11 @@ def test_what_feet_cannot_follow_is_refused():
     assert caught.value.excess > 0.0
 
 
-# parameters -----------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("field", "value", "about"),
     [
-        ("period", 0.0, ()), ("period", np.nan, ()), ("period", "5 ms", ()), ("delay", None, ()),
-        ("delay", -0.1, ()), ("load_time", 0.0, ()), ("slip", 3, ("SlipPid", "None")),
+        ("period", 0.0, ()), ("delay", None, ()), ("sensors", "good", ()),
         ("suspension", hp.foot_control.SlipPid(), ("VirtualSuspension", "None")),
-        ("force", None, ()), ("sensors", "good", ()), ("touch_down", True, ("TouchDown", "None")),
-        ("levelling", 0.3, ("Levelling", "None")),
     ],
 )  # fmt: skip
 def test_settings_of_the_wrong_kind_are_named(field, value, about):
@@ -244,18 +164,12 @@ def test_settings_of_the_wrong_kind_are_named(field, value, about):
     ("make", "name", "value", "about"),
     [
         (lambda: hp.FootControl(hp.HoldPosture()), "FootControl.walk", "HoldPosture", ()),
-        (lambda: hp.FootControl("tripod"), "FootControl.walk", "str", ()),
-        (lambda: hp.FootControl(full()), "FootControl.walk", "FootControl", ()),
         (
             lambda: hp.foot_control.SlipPid(signal="both"), "SlipPid.signal", "both",
             ("'force'", "'slip'"),
         ),
-        (lambda: hp.foot_control.SlipPid(gain=2.0), "SlipPid.gain", 2.0, ()),
         (lambda: hp.foot_control.TouchDown(earliest=2.0), "TouchDown.earliest", 2.0, ("1",)),
-        (
-            lambda: hp.foot_control.Levelling(limit=2.0), "Levelling.limit", 2.0,
-            ("0.7853981633974483",),
-        ),
+        (lambda: hp.foot_control.ForceTargets(sole="rubber"), "ForceTargets.sole", "rubber", ()),
         (
             lambda: hp.foot_control.VirtualSuspension(load=-1.0), "VirtualSuspension.load", -1.0,
             ('"split"', "0"),
@@ -263,10 +177,6 @@ def test_settings_of_the_wrong_kind_are_named(field, value, about):
         (
             lambda: hp.foot_control.VirtualSuspension(load="even"), "VirtualSuspension.load",
             "even", ("'split'",),
-        ),
-        (
-            lambda: hp.foot_control.FootForceSensing(source="eye"), "FootForceSensing.source",
-            "eye", ("'foot'",),
         ),
     ],
 )  # fmt: skip
@@ -278,13 +188,9 @@ def test_parameters_out_of_range_are_named(make, name, value, about):
 @pytest.mark.parametrize(
     ("change", "name", "value"),
     [
-        ({"slips": 1}, "controller.slips", 1), ({"slip": 3}, "controller.slip", 3),
-        ({"gait": RIPPLE}, "controller.gait", RIPPLE),
+        ({"slip": 3}, "controller.slip", 3), ({"gait": RIPPLE}, "controller.gait", RIPPLE),
         ({"slip": {"gain": 1.0}}, "SlipPid.gain", 1.0), ({"walk": None}, "controller.kind", None),
-        ({"period": "x"}, "FootControl.period", "x"),
-        ({"slip": {"kind": "virtual-suspension"}}, "SlipPid.kind", "virtual-suspension"),
         ({"walk": {"kind": "hold"}}, "FootControl.walk", "HoldPosture"),
-        ({"sensors": {"q": {"noise": -1.0}}}, "Sensors.q.noise", -1.0),
     ],
 )  # fmt: skip
 def test_mistakes_in_a_text_are_named(change, name, value):

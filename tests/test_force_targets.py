@@ -10,12 +10,13 @@ import pytest
 from foot_control_runs import reading, recall, robot
 from refusals import refused
 from scipy.spatial.transform import Rotation
-from test_foot_control_parts import PUSHED, SERVO, T, loads_on, made, statics, ticks
+from test_foot_control_parts import PUSHED, SERVO, T, loads_on, made, statics
 
 import hexapod_pin as hp
 from hexapod_pin.control import leg_group
 from hexapod_pin.control.foot_control.law import sole_of
 from hexapod_pin.control.foot_control.leg_model import standing_centre
+from hexapod_pin.control.foot_control.stability import spectral_radius, with_stable_gains
 from hexapod_pin.native import LeastTorque, force_targets
 from hexapod_pin.results.walk_metrics import WalkMetrics
 
@@ -43,9 +44,6 @@ def legs(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def core(least, parts, weight, load=30.0, up=UP, normal=UP) -> np.ndarray:
     jacobian, arms, own = parts
     return force_targets(least, jacobian.reshape(18, 3), arms, own, list(weight), load, up, normal)
-
-
-# a second implementation ------------------------------------------------------------------------
 
 
 def wrench_maps(arms: np.ndarray) -> np.ndarray:
@@ -105,7 +103,7 @@ WEIGHTS = ((1.0,) * 6, (1.0, 0.0, 1.0, 0.0, 1.0, 0.0), (1.0, 0.3, 0.8, 0.9, 0.5,
 
 
 @pytest.mark.parametrize(
-    ("seed", "up", "friction"), [(0, UP, 0.2), (1, UP, 10.0), (2, TILTED, 0.2), (3, TILTED, 10.0)]
+    ("seed", "up", "friction"), [(0, UP, 0.2), (2, TILTED, 0.2), (3, TILTED, 10.0)]
 )
 @pytest.mark.parametrize("weight", WEIGHTS)
 def test_targets_are_those_of_a_second_implementation(seed, weight, up, friction):
@@ -116,19 +114,8 @@ def test_targets_are_those_of_a_second_implementation(seed, weight, up, friction
     targets = least_by_elimination(least, parts, weight, 30.0, up)
     expected = in_cone(least, upright, targets, UP)
     assert found == pytest.approx(expected, abs=1e-7 * 30.0)
-
-
-def test_both_the_cone_and_its_absence_occur():
-    """So that the test above tests both."""
-    shares = []
-    for seed in range(4):
-        parts = legs(seed)
-        free, kept = (core(settings(mu), parts, WEIGHTS[0]) for mu in (10.0, 0.2))
-        shares.append(np.abs(free - kept).max())
-    assert max(shares) > 1.0 and core(settings(10.0), legs(0), WEIGHTS[0])[:, :2].any()
-
-
-# closed forms -----------------------------------------------------------------------------------
+    if seed == 0 and weight[1] == 1.0:  # the cone acts here
+        assert np.abs(expected - targets).max() > 1.0
 
 
 def star(reach: float, height: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -166,37 +153,16 @@ def test_a_symmetric_stance_props_itself_like_an_arch():
     assert limited == pytest.approx(load / 6.0 * (UP - 0.2 * out), abs=1e-8 * load)
 
 
-def test_an_own_weight_is_what_the_foot_need_not_push():
-    """A leg whose own weight is a torque: its force allows for it."""
-    jacobian, arms, own = star(0.1, 0.15)
-    heavy = own.copy()
-    heavy[0, 1:] = [0.4, 0.2]  # what a foot of 4 N needs against: tau = own - J^T f
-    plain, found = (
-        core(settings(10.0), (jacobian, arms, g), np.ones(6), 60.0) for g in (own, heavy)
-    )
-    torque = heavy[0] - jacobian[0].T @ found[0]
-    assert np.abs(torque).max() < np.abs(heavy[0] - jacobian[0].T @ plain[0]).max()
-    cost = [
-        sum(np.square(g - j.T @ f).sum() for g, j, f in zip(heavy, jacobian, force, strict=True))
-        for force in (plain, found)
-    ]
-    assert cost[1] < cost[0]
-
-
-# invariants -------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("seed", range(3))
-def test_targets_balance_force_and_moment(seed):
-    rng = np.random.default_rng(seed)
+def test_targets_balance_force_and_moment():
+    rng = np.random.default_rng(1)
     up = Rotation.from_rotvec(rng.uniform(-0.2, 0.2, 3) * [1.0, 1.0, 0.0]).as_matrix()[:, 2]
-    parts, weight = legs(seed), rng.uniform(0.2, 1.0, 6)
+    parts, weight = legs(1), rng.uniform(0.2, 1.0, 6)
     found = core(settings(0.35), parts, weight, 80.0, up)
     assert found.sum(axis=0) == pytest.approx(80.0 * up, abs=1e-9 * 80.0)
     assert np.cross(parts[1], found).sum(axis=0) == pytest.approx(np.zeros(3), abs=1e-9 * 80.0)
 
 
-@pytest.mark.parametrize("feet", [(), (2,), (0, 3)])
+@pytest.mark.parametrize("feet", [(), (0, 3)])
 def test_too_few_feet_give_no_forces_that_run_away(feet):
     weight = np.zeros(6)
     weight[list(feet)] = 1.0
@@ -206,10 +172,7 @@ def test_too_few_feet_give_no_forces_that_run_away(feet):
     assert not found[:, :2].any()  # vertical ones
 
 
-GAITS = {
-    "tripod": hp.Gait.tripod(lift=0.03), "tetrapod": hp.Gait.tetrapod(lift=0.03),
-    "ripple": hp.Gait.ripple(lift=0.03), "wave": hp.Gait.wave(lift=0.03, cycle_time=3.0),
-}  # fmt: skip
+GAITS = {"tripod": hp.Gait.tripod(lift=0.03), "wave": hp.Gait.wave(lift=0.03, cycle_time=3.0)}
 
 
 def walked(name: str, gait: hp.Gait, period: float, **parts):
@@ -227,7 +190,7 @@ def walked(name: str, gait: hp.Gait, period: float, **parts):
 
 @pytest.mark.parametrize(
     ("name", "gait"),
-    [("kharagpur", "tripod"), ("athena", "tetrapod"), ("kharagpur", "ripple"), ("athena", "wave")],
+    [("kharagpur", "tripod"), ("athena", "wave")],
 )
 def test_no_target_jumps(name, gait):
     """5 % of the weight per millisecond at most, also where tripods change (duty 1/2)."""
@@ -243,9 +206,6 @@ def test_no_target_jumps(name, gait):
     along, across = found[..., 2], np.linalg.norm(found[..., :2], axis=2)
     # the plan's feet are in one plane to some 1e-8 rad
     assert (across[full] <= 0.35 * along[full] + 1e-7 * weight).all()
-
-
-# in the law -------------------------------------------------------------------------------------
 
 
 @every_robot
@@ -291,9 +251,7 @@ def test_soles_are_pushed_into_the_ground():
     assert target[0, :, :3] - plan == pytest.approx(expected, abs=1e-12)
     assert np.abs(expected[:, :2]).max() > 1e-6 and expected[:, 2].max() < -5e-4
     contact = hp.Contact.accurate()
-    known = sole_of(contact)
-    assert known.stiffness == contact.normal.stiffness
-    assert known.sliding_stiffness == contact.friction.stiffness
+    assert sole_of(contact).sliding_stiffness == contact.friction.stiffness
     assert sole_of(hp.Contact.s1()).sliding_stiffness is None
 
 
@@ -325,31 +283,14 @@ def test_slip_correction_acts_on_the_deviation(deviation):
     assert np.abs(error(1.0, 0.5)[0]).max() > 0.1 * scale
 
 
-def test_parts_can_be_had_alone():
-    """Anticipation without gains, the PID without anticipation, targets without a PID."""
-    alone = made(slip=hp.foot_control.SlipPid(kp=0.0, ki=0.0, kd=0.0))
-    pid = made(slip=hp.foot_control.SlipPid(anticipates=False))
-    aims = made(force_targets=hp.foot_control.ForceTargets())
-    pushed = PUSHED.copy()
-    pushed[0, 0], pushed[4, 0] = 2.0, -2.0
-    correction, offset = {}, {}
-    for name, law in {"alone": alone, "pid": pid, "aims": aims}.items():
-        target, memory = ticks(law, [loads_on("kharagpur", pushed)] * 3)
-        correction[name] = np.abs(recall(memory, "correction")).max() > 0.0
-        offset[name] = np.abs(recall(memory, "servo_offset")).max() > 0.0
-    assert correction == {"alone": False, "pid": True, "aims": False}
-    assert offset == {"alone": True, "pid": False, "aims": True}
-
-
-INWARD = {"femur": -20.0, "tibia": 120.0}
+JOINTS, INWARD = robot("athena").joint_names, {"femur": -20.0, "tibia": 120.0}  # degrees
 
 
 @cache
 def inward() -> hp.Robot:
     """Return athena with its feet further in."""
-    names = robot("athena").joint_names
-    angle = {n: next((a for k, a in INWARD.items() if k in n), 0.0) for n in names}
-    return hp.load_robot("athena", posture={n: np.radians(a) for n, a in angle.items()})
+    angles = [next((a for k, a in INWARD.items() if k in n), 0.0) for n in JOINTS]
+    return hp.load_robot("athena", posture=dict(zip(JOINTS, np.radians(angles), strict=True)))
 
 
 def test_targets_lower_slip_work_and_tilt_of_a_walk():
@@ -379,45 +320,15 @@ def test_targets_lower_slip_work_and_tilt_of_a_walk():
 
 def test_default_gains_suit_the_posture():
     """Twice the gain of the default bandwidth is unstable here: the gain follows from the loop."""
-    from hexapod_pin.control.foot_control.stability import spectral_radius, with_stable_gains
-
     scene = hp.Scene(inward(), contact=hp.Contact.s1())
     gait = hp.Gait.tripod(stroke=0.08)
     control = hp.FootControl(gait, slip=hp.foot_control.SlipPid())
-    control.start(scene, 1)
     found = with_stable_gains(control, scene)
     gain = found.slip.ki
     drift = control.gait.duty * control.gait.cycle_time
-    assert gain is not None
     for factor, stable in ((2.0, True), (4.0, False)):
         changed = replace(found, slip=found.slip.model_copy(update={"ki": factor * gain}))
         assert (spectral_radius(changed, scene, drift_time=drift) < 1.0) == stable
     asked = replace(control, slip=hp.foot_control.SlipPid(bandwidth=1000.0))
     with refused(hp.errors.ParameterError, "slip.bandwidth", 1000.0):
         asked.start(scene, 1)
-
-
-@pytest.mark.parametrize(
-    ("make", "name", "value"),
-    [
-        (lambda: hp.foot_control.ForceTargets(friction=0.0), "ForceTargets.friction", 0.0),
-        (lambda: hp.foot_control.ForceTargets(sole="rubber"), "ForceTargets.sole", "rubber"),
-        (lambda: hp.foot_control.Sole(stiffness=-1.0), "Sole.stiffness", -1.0),
-        (lambda: hp.foot_control.VirtualSuspension(tilt=-0.1), "VirtualSuspension.tilt", -0.1),
-    ],
-)
-def test_parameters_out_of_range_are_named(make, name, value):
-    with refused(hp.errors.ParameterError, name, value):
-        make()
-
-
-def test_targets_are_read_back_from_text(tmp_path):
-    control = hp.FootControl(
-        hp.Gait.tripod(), slip=hp.foot_control.SlipPid(),
-        force_targets=hp.foot_control.ForceTargets(sole=hp.foot_control.Sole(stiffness=1e6)),
-        servo=hp.Servo(kp=50.0, kd={"coxa": 1.0, "femur": 1.5, "tibia": 1.0}),
-    )  # fmt: skip
-    case = hp.Case(hp.Scene(robot("athena")), control, duration=0.2, accuracy=1e-4)
-    case.save(tmp_path / "case.toml")
-    again = hp.load_case(tmp_path / "case.toml")
-    assert again.controller.to_dict() == control.to_dict() and again.digest == case.digest

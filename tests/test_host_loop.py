@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from scipy.linalg import expm
 import hexapod_pin as hp
 from hexapod_pin.control.feedback import Command
 from hexapod_pin.control.sensors import Sensor, Sensors
-from hexapod_pin.errors import ParameterError, UserCodeError
+from hexapod_pin.errors import ParameterError
 from tests.test_firmware import EMF, INERTIA, JOINT, STALL, driven, loop, run
 from tests.test_supply import MOTOR as PACKED
 from tests.test_supply import PACK
@@ -115,11 +115,10 @@ def exact_chase(firmware: hp.drive.Firmware, chase: Chase, until: float, goals: 
     [
         (Chase(), False),
         (Chase(rate=True), False),
-        (Chase(ramp=False), False),
         (Chase(), True),
         (Chase(ramp=False, rate=True), False),
     ],
-    ids=["mean rates", "given rates", "steps", "ends of ramps", "steps and ramps in turn"],
+    ids=["mean rates", "given rates", "ends of ramps", "steps and ramps in turn"],
 )
 def test_a_host_against_one_written_anew(chase: Chase, goals: bool) -> None:
     """Late readings, late commands and ramps pass through the loop, between exact solutions.
@@ -186,22 +185,16 @@ def test_refusals_of_a_host() -> None:
 
     with refused(ParameterError, "FirmwareControl.walk.period", 0.0023):
         go(Chase(period=0.0023))
-    with refused(ParameterError, "FirmwareControl.walk.sensors.delay", 0.0005):
-        go(Chase(sensors=Sensors(delay=0.0005)))
     with refused(ParameterError, "FirmwareControl.command_period", 0.01):
         go(Chase(), command_period=0.01)
     with refused(ParameterError, "Chase.update.torque", 0.5):
         go(Chase(torque=0.5))
-    with refused(ParameterError, "Chase.update.v", (3,)):
-        go(Chase(odd=np.zeros(3)))
     with refused(ParameterError, "Chase.update.v"):
         go(Chase(odd=np.full((1, 3), np.nan)))
     with refused(ParameterError, f"Chase.update.q[{JOINT}]"):
         go(Chase(far=1e3))
     with refused(ParameterError, "FirmwareControl.walk"):
         hp.FirmwareControl(hp.FirmwareControl(Chase(), firmware), firmware)
-    with pytest.raises(UserCodeError, match=r"Chase\.update"):
-        go(replace(Chase(), far="far"))
     case = hp.Case(hp.Scene(hp.load_robot("kharagpur")), hp.FirmwareControl(Chase(), firmware))
     with refused(ParameterError, "Case.controller", "Chase"):
         case.to_toml()

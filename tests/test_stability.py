@@ -30,11 +30,13 @@ APOTHEM = RADIUS * math.sqrt(3.0) / 2.0
 def walk() -> hp.Trace:
     gait = hp.Gait.tripod(stroke=0.14, cycle_time=2.4)
     scene = hp.Scene(hp.load_robot("kharagpur"))
-    return hp.simulate(scene, hp.KinematicControl(gait), duration=7.2)
+    return hp.simulate(scene, hp.KinematicControl(gait), duration=7.2, accuracy=1e-3)
 
 
-def with_com(trace: hp.Trace, offset: np.ndarray) -> hp.Trace:
-    return replace(trace, com=trace.com + offset)
+def aside(x: float, y: float) -> hp.Trace:
+    """Return a trace at rest whose centre of mass is off the middle [m]."""
+    trace = synthetic_trace(speed=0.0)
+    return replace(trace, com=trace.com + [x, y, 0.0])
 
 
 def test_hexagon_closed_forms() -> None:
@@ -59,8 +61,6 @@ def test_lifted_foot_cuts_a_corner() -> None:
     least, time = found.least("margin_ahead")
     assert least == pytest.approx(0.5 * RADIUS, abs=1e-12)
     assert time > 1.499
-    assert found.margin_ahead[found.time < 1.499] == pytest.approx(RADIUS, abs=1e-12)
-    assert found.least("static_margin")[0] == pytest.approx(0.5 * RADIUS, abs=1e-12)
     assert found.feet_down.min() == 5
 
 
@@ -77,7 +77,7 @@ def test_in_the_air_there_is_no_margin() -> None:
 
 def test_centre_of_mass_outside() -> None:
     """0.4 m to the left of the middle, with a side at the apothem: beyond it by the rest."""
-    found = hp.stability(with_com(synthetic_trace(), np.array([0.0, 0.4, 0.0])))
+    found = hp.stability(aside(0.0, 0.4))
     assert found.static_margin == pytest.approx(APOTHEM - 0.4, abs=1e-12)
     assert found.nesm == pytest.approx(HEIGHT - math.hypot(HEIGHT, 0.4 - APOTHEM), abs=1e-12)
     assert (found.margin_ahead == -math.inf).all()
@@ -100,7 +100,7 @@ def test_excursion_of_a_known_path() -> None:
 
 def test_turned_walk_has_the_same_margins() -> None:
     """Everything turned by 90 degrees, the direction of travel with it."""
-    trace = with_com(synthetic_trace(speed=0.0), np.array([0.03, 0.02, 0.0]))
+    trace = aside(0.03, 0.02)
     turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     turned = replace(trace, com=trace.com @ turn.T, foot_position=trace.foot_position @ turn.T)
     turned = with_run(turned, travel_direction=(0.0, 1.0))
@@ -112,7 +112,7 @@ def test_turned_walk_has_the_same_margins() -> None:
 
 def test_heading_turns_with_the_trunk() -> None:
     """A trunk that has yawed by 180 degrees since the start has ahead where behind was."""
-    trace = with_com(synthetic_trace(speed=0.0), np.array([0.05, 0.0, 0.0]))
+    trace = aside(0.05, 0.0)
     q = np.array(trace.q)
     q[1:, 3:7] = [0.0, 0.0, 1.0, 0.0]
     found = hp.stability(replace(trace, q=q))
@@ -130,74 +130,25 @@ def test_tilted_gravity_projects_along_itself() -> None:
     assert found.margin_behind == pytest.approx((RADIUS + shift) * math.cos(angle), abs=1e-12)
 
 
-def test_walk_on_level_ground(walk: hp.Trace) -> None:
-    """The planned tripod's least margin is 28.7 mm, where the sides change at one instant.
-
-    A robot that sags stands on six feet for a while: the margin is that of a stroke shorter by up
-    to the distance moved meanwhile (factor 2 b / sqrt(a^2 + 4 b^2) = 0.95 of the closed form).
-    """
-    found = hp.stability(walk)
-    exchanges = 2 * found.window.cycles
-    overlap = np.mean(found.feet_down > 3) * (found.window.end - found.window.start) / exchanges
-    most = 28.7e-3 + 0.95 * 0.14 / 1.2 * overlap
-    sway = 1e-3  # m, of the centre of mass
-    assert 28.7e-3 - sway < found.least("static_margin")[0] < most + sway
-    assert found.least("nesm")[0] > 0.0
-    assert found.feet_down.min() == 3
-    assert (found.static_margin <= found.longitudinal_margin + 1e-12).all()
-    assert found.window.samples == hp.torque_budget(walk).window.samples
-    assert len(found.time) == found.window.last - found.window.first + 1
-    assert np.abs(found.excursion[:, 1]).max() < 2e-3
-    every = hp.stability(walk, whole=True)
-    assert len(every.time) == len(walk.time)
-    assert every.static_margin.min() <= found.static_margin.min()
-
-
-def test_slope_lowers_the_margin_behind(walk: hp.Trace) -> None:
-    """Uphill the projection moves back by h tan a; lengths in the ground shrink by cos a."""
-    angle, robot = 0.1, hp.load_robot("kharagpur")
-    gait = hp.KinematicControl(hp.Gait.tripod(stroke=0.14, cycle_time=2.4))
-    tilted = (-9.81 * math.sin(angle), 0.0, -9.81 * math.cos(angle))
-    uphill = hp.stability(hp.simulate(hp.Scene(robot, gravity=tilted), gait, duration=7.2))
-    level = hp.stability(walk)
-    height = float(walk.com[-1, 2])
-    change = uphill.margin_behind.mean() - level.margin_behind.mean()
-    # the walk yields downhill by a few mm more than on the level
-    assert change == pytest.approx(-height * math.tan(angle), abs=4e-3)
-
-
-def test_text_and_data(walk: hp.Trace) -> None:
+def test_table_data_and_command(walk: hp.Trace, tmp_path: Path) -> None:
     """Every margin is in the table with its unit, and in the data with its time."""
     found = hp.stability(walk)
+    assert found.feet_down.min() == 3
+    assert found.window.samples == hp.torque_budget(walk).window.samples
     table, data = found.table(), found.to_dict()
     for name, meaning in MARGINS.items():
         least, time = found.least(name)
         assert f"{1e3 * least:.2f}" in next(x for x in table.splitlines() if meaning in x)
-        assert data["margins"][name]["least"] == least
-        assert data["margins"][name]["time"] == time
+        assert data["margins"][name] | {"least": least, "time": time} == data["margins"][name]
     assert "[mm]" in table and "mean normal force > 0" in table
     assert len(found.to_dict(samples=True)["samples"]["zmp"]) == len(found.time)
     with refused(hp.errors.UnknownNameError, kind="margin", name="margin"):
         found.least("margin")
-    with refused(ValueError, about=("read-only",)):
-        found.nesm[0] = 1.0
-
-
-def test_command(walk: hp.Trace, tmp_path: Path) -> None:
-    path = walk.save(tmp_path / "walk.nc")
-    runner = CliRunner()
-    text = runner.invoke(app, ["stability", str(path)]).output
-    assert text.strip() == hp.stability(walk).table()
+    path, runner = walk.save(tmp_path / "walk.nc"), CliRunner()
+    assert runner.invoke(app, ["stability", str(path)]).output.strip() == table
     plain = json.loads(runner.invoke(app, ["stability", str(path), "--json", "--whole"]).output)
     assert plain == hp.stability(walk, whole=True).to_dict()
 
-
-def test_gravity_is_needed() -> None:
-    with refused(hp.errors.ParameterError, "gravity"):
-        hp.stability(synthetic_trace(gravity=[0.0, 0.0, 0.0]))
-
-
-# Support polygon, static and longitudinal margins: closed forms, another algorithm, symmetry.
 
 Points = NDArray[np.float64]
 
@@ -228,14 +179,7 @@ def test_triangle_closed_forms() -> None:
     assert static_margin(points, [2.0, 1.5]) == pytest.approx(0.0, abs=ROUND_OFF)  # on a side
 
 
-def test_quadrilateral_closed_form() -> None:
-    """A rhombus with half diagonals a and b: the centre is a b / sqrt(a^2 + b^2) inside."""
-    a, b = 0.3, 0.2
-    points = np.array([[a, 0.0], [0.0, b], [-a, 0.0], [0.0, -b]])
-    assert static_margin(points, [0.0, 0.0]) == pytest.approx(a * b / np.hypot(a, b), abs=ROUND_OFF)
-
-
-@pytest.mark.parametrize("count", [3, 4, 6, 9, 20])
+@pytest.mark.parametrize("count", [3, 6, 20])
 def test_general_polygons_agree_with_another_hull(count: int) -> None:
     rng = np.random.default_rng(count)
     points, com = rng.normal(size=(60, count, 2)), 0.8 * rng.normal(size=(60, 2))
@@ -250,25 +194,10 @@ def test_too_few_points() -> None:
     assert static_margin(np.zeros((0, 2)), [0.0, 0.0]) == -np.inf
     assert static_margin([[3.0, 4.0]], [0.0, 0.0]) == pytest.approx(-5.0, abs=ROUND_OFF)
     pair = np.array([[-1.0, -1.0], [1.0, 1.0]])
-    assert static_margin(pair, [0.0, 0.0]) == pytest.approx(0.0, abs=ROUND_OFF)
     assert static_margin(pair, [1.0, -1.0]) == pytest.approx(-np.sqrt(2.0), abs=ROUND_OFF)
     line = np.array([[0.1, 0.3], [0.2, 0.6], [0.3, 0.9]])
     assert static_margin(line, [0.4, 1.2]) == pytest.approx(-np.hypot(0.1, 0.3), abs=ROUND_OFF)
     assert static_margin(line, [0.15, 0.45]) == pytest.approx(0.0, abs=ROUND_OFF)
-
-
-@pytest.mark.parametrize("mirror", [1.0, -1.0])
-def test_moving_turning_and_mirroring_change_nothing(mirror: float) -> None:
-    rng = np.random.default_rng(7)
-    points, com, angle = rng.normal(size=(6, 2)), np.array([0.1, -0.2]), 0.7
-    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    moved = (np.vstack([points, com]) * [1.0, mirror]) @ turn.T + [3.0, -8.0]
-    before = static_margin(points, com)
-    assert static_margin(moved[:6], moved[6]) == pytest.approx(before, abs=1e-11)  # 10 m away
-    assert static_margin(points[::-1], com) == pytest.approx(before, abs=ROUND_OFF)
-    ahead = np.array(longitudinal_margins(points, com, [1.0, 0.0]))
-    turned = np.array(longitudinal_margins(moved[:6], moved[6], turn @ [1.0, 0.0]))
-    assert turned == pytest.approx(ahead, abs=1e-11)
 
 
 def test_feet_in_the_air_do_not_count() -> None:
@@ -286,7 +215,6 @@ def test_feet_in_the_air_do_not_count() -> None:
         pair = np.array([ahead[k], behind[k]])
         assert pair == pytest.approx(np.array(one), abs=1e-10)  # crossings may be shallow
     assert together[0] == ahead[0] == behind[0] == -np.inf
-    assert static_margin(points, com, np.zeros_like(down)) == pytest.approx(np.full(40, -np.inf))
 
 
 def along(points: ArrayLike, com: ArrayLike, heading: ArrayLike) -> tuple[float, float]:
@@ -300,7 +228,6 @@ def test_longitudinal_margins_of_a_rectangle() -> None:
     points, com = SQUARE * [0.3, 0.2], [0.05, 0.1]
     assert along(points, com, [1.0, 0.0]) == pytest.approx((0.25, 0.35))
     assert along(points, com, [0.0, 1.0]) == pytest.approx((0.1, 0.3))
-    assert along(points, com, [-1.0, 0.0]) == pytest.approx((0.35, 0.25))
     slanted = np.array([1.0, 1.0]) / np.sqrt(2.0)  # meets the left side first, then the right
     expected = np.sqrt(2.0) * np.array([0.1, 0.3])
     assert along(points, com, slanted) == pytest.approx(tuple(expected))
@@ -352,9 +279,10 @@ def test_axes_across_gravity() -> None:
 
 
 def test_what_cannot_be_projected_is_refused() -> None:
-    for gravity in ((0.0, 0.0, 0.0), (-9.81, 0.0, 0.0), (0.0, np.nan, 1.0)):
-        with refused(ParameterError, "gravity", gravity):
-            horizontal_axes(gravity)
+    with refused(ParameterError, "gravity"):
+        hp.stability(synthetic_trace(gravity=[0.0, 0.0, 0.0]))
+    with refused(ParameterError, "gravity", (-9.81, 0.0, 0.0)):
+        horizontal_axes((-9.81, 0.0, 0.0))
     with refused(ParameterError, "points", (4, 3)):
         static_margin(np.zeros((4, 3)), [0.0, 0.0])
     with refused(ParameterError, "grounded", (2,)):

@@ -88,14 +88,11 @@ def test_modes_are_those_of_the_core() -> None:
     loop = LinearLoop.of(stance, 5e-3, 0.0)
     size = stance.size
     tick = loop.whole[: 2 * size, : 2 * size]
-    state = np.concatenate([_moved(scene, still.q[10], pushed.q[10]), seen[0]])
+    moved = pin.difference(scene.robot.model, still.q[10], pushed.q[10])
+    state = np.concatenate([moved, seen[0]])
     for row in seen[1:]:
         state = tick @ state
         assert state[size:] == pytest.approx(row, abs=0.02 * np.abs(seen).max())
-
-
-def _moved(scene: hp.Scene, a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return np.asarray(pin.difference(scene.robot.model, a, b))
 
 
 def test_a_tick_of_the_suspension_is_that_of_its_equation(kharagpur: hp.Scene) -> None:
@@ -126,20 +123,6 @@ def test_internal_forces_alone_are_corrected(scene: hp.Scene) -> None:
     assert np.abs(force.sum(axis=1)[:, :2]).max() < 1e-6 * scale
 
 
-def test_delays_of_part_of_a_tick_lie_between(kharagpur: hp.Scene) -> None:
-    """The radius is a continuous function of the delay, also across whole ticks.
-
-    Forces follow the jumps of the set-points' rates within 10 us (feet put down gently).
-    """
-
-    def radius(delay: float) -> float:
-        part = VirtualSuspension(frequency=6.0)
-        return spectral_radius(FootControl(STAND, suspension=part, delay=delay), kharagpur)
-
-    there = pytest.approx(radius(0.01), abs=1e-3)
-    assert (radius(0.01 - 1e-9), radius(0.01 + 1e-9)) == (there, there)
-
-
 def test_sensor_and_command_delay_are_one(kharagpur: hp.Scene) -> None:
     part = VirtualSuspension()
     late = FootControl(STAND, suspension=part, delay=0.007)
@@ -150,7 +133,7 @@ def test_sensor_and_command_delay_are_one(kharagpur: hp.Scene) -> None:
     assert spectral_radius(split, kharagpur) == pytest.approx(radius, rel=1e-9)
 
 
-@pytest.mark.parametrize("preset", ["accurate", "s1", "s2"])
+@pytest.mark.parametrize("preset", ["accurate", "s2"])
 def test_what_is_neutral_is_not_unstable(preset: str) -> None:
     """Integrals of directions that no force reaches, and a trunk that creeps, stay at 1."""
     scene = hp.Scene(hp.load_robot("athena"), contact=Contact.preset(preset))
@@ -163,24 +146,17 @@ def test_what_is_neutral_is_not_unstable(preset: str) -> None:
     assert spectral_radius(control, scene) < 1.0
 
 
-@pytest.mark.parametrize(
-    ("robot", "quantity", "delay", "sensor_delay"),
-    [("kharagpur", "suspension.frequency", 0.004, 0.003), ("athena", "slip.ki", 0.01, 0.0)],
-)
 @pytest.mark.usefixtures("short_runs")
-def test_simulation_grows_beyond_the_border_alone(
-    robot: str, quantity: str, delay: float, sensor_delay: float
-) -> None:
+def test_simulation_grows_beyond_the_border_alone() -> None:
     """At 0.9 of the border it decays, at 1.1 it grows at the predicted rate.
 
     The rate changes by half of itself where the border is off by 5 %: 15 % of it are 1.5 %.
     """
-    scene = hp.Scene(hp.load_robot(robot))
-    sensors = hp.sensors.Sensors(delay=sensor_delay)
-    control = replace(controller(quantity, delay), sensors=sensors)
+    scene, quantity = hp.Scene(hp.load_robot("kharagpur")), "suspension.frequency"
+    sensors = hp.sensors.Sensors(delay=0.003)
+    control = replace(controller(quantity, 0.004), sensors=sensors)
     border = predicted_border(control, scene, quantity)
-    low = {"suspension.frequency": 0.5, "slip.ki": 0.05 * border}[quantity]
-    stand = Stand.settled(scene, with_parameter(control, quantity, low))
+    stand = Stand.settled(scene, with_parameter(control, quantity, 0.5))
     below, above = (with_parameter(control, quantity, x * border) for x in (0.9, 1.1))
     assert stand.growth(below) < 0.0
     rate = math.log(spectral_radius(above, scene, touch_speed=0.0)) / control.period
@@ -220,15 +196,6 @@ def test_two_slow_drifts_are_not_shaking() -> None:
     rates = np.log(values[np.abs(values) > 1.0 + NEUTRAL]) / control.period
     assert 0.0 < np.abs(rates).max() < 0.02
     refuse_unstable(control, scene)
-    run = hp.simulate(scene, control, duration=0.3, sample=0.02)
-    assert np.isfinite(run.q).all()
-
-
-def test_rolling_feet_do_not_turn_the_trunk(scene: hp.Scene) -> None:
-    """What rolls is not taken for slip: it would turn a standing robot about the vertical."""
-    walk = FootControl(hp.Gait.tripod(), slip=SlipPid(signal="slip"))
-    assert spectral_radius(walk, scene) < 1.0
-    refuse_unstable(walk, scene)
 
 
 def test_ends_of_a_range_are_borders(kharagpur: hp.Scene) -> None:
@@ -241,6 +208,8 @@ def test_ends_of_a_range_are_borders(kharagpur: hp.Scene) -> None:
         assert (spectral_radius(changed, scene) < 1.0) == stable
     with pytest.raises(UnknownNameError):
         stable_range(control, scene, "suspension.mass")
+    with refused(ParameterError, "StanceModel.feet", 3):
+        StanceModel.of(kharagpur, ["lf_foot", "lm_foot", "lr_foot"])
     with refused(ParameterError, "FootControl.slip", None):
         stable_range(control, scene, "slip.ki")
 
@@ -252,12 +221,6 @@ def test_unstable_gains_are_refused_with_their_range() -> None:
     bad = replace(good, suspension=VirtualSuspension(frequency=6.0))
     with refused(ParameterError, "suspension.frequency", 6.0) as first:
         bad.start(scene, 1)
-    assert first.value.name in ("suspension.frequency", "suspension.stiffness")
     with pytest.raises(ParameterError) as second:
         refuse_unstable(bad, scene)
     assert second.value is first.value  # kept
-
-
-def test_feet_that_cannot_carry_the_robot_are_refused(kharagpur: hp.Scene) -> None:
-    with refused(ParameterError, "StanceModel.feet", 3):
-        StanceModel.of(kharagpur, ["lf_foot", "lm_foot", "lr_foot"])
