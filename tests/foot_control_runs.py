@@ -20,7 +20,7 @@ LEG_FIELDS = {
     "force": 3, "foot": 3, "rates": 3, "slid": 3, "correction": 3, "displaced": 3, "share": 1,
     "target": 3, "servo_offset": 3, "wanted": 3,
 }  # fmt: skip
-DOWN, SWING, EARLY, SEARCH = range(4)
+EARLY, SEARCH = 2, 3
 
 
 @cache
@@ -29,7 +29,6 @@ def robot(name: str) -> hp.Robot:
 
 
 def recall(memory: np.ndarray, name: str) -> np.ndarray:
-    """Return a number of the memory (B, N) by name: (B,), of legs (B, 6) or (B, 6, 3)."""
     if name in HEAD:
         place = HEAD[name]
         return memory[:, slice(*place) if isinstance(place, tuple) else place]
@@ -44,7 +43,6 @@ def recall(memory: np.ndarray, name: str) -> np.ndarray:
 def reading(
     name: str = "kharagpur", feet: Any = None, batch: int = 1, **others: Any
 ) -> Measurement:
-    """Return a robot at rest, level, its feet at places in the base frame (6, 3), without force."""
     six = leg_group(robot(name))
     q = six.joint_angles((six.neutral_feet if feet is None else np.asarray(feet))[None])
     n = q.shape[1]
@@ -58,7 +56,6 @@ def reading(
 
 
 def foot_order(name: str) -> np.ndarray:
-    """Return the place of each leg's foot (gait order) among the feet of a measurement."""
     feet = [foot.name for foot in robot(name).feet]
     return np.array(
         [feet.index(robot(name).leg(leg.name).foot) for leg in leg_group(robot(name)).legs]
@@ -66,7 +63,6 @@ def foot_order(name: str) -> np.ndarray:
 
 
 def in_foot_order(name: str, forces: Any) -> np.ndarray:
-    """Return forces on the legs in gait order (6, 3) as a measurement has them, (1, 6, 3)."""
     out = np.zeros((1, 6, 3))
     out[0, foot_order(name)] = forces
     return out
@@ -95,11 +91,9 @@ class Recorded:
         return command, state
 
     def recalled(self, name: str) -> np.ndarray:
-        """Return a number of the memory at every tick, of the first row."""
         return np.array([recall(memory, name)[0] for memory in self.memories])
 
 
 def standing(cycle_time: float = 20.0) -> hp.KinematicControl:
-    """Return a walk at no speed: all feet are down and still; none would lift off for 10 s."""
     command = hp.motion.VelocityCommand(time=[0.0, 1000.0], forward=[0.0, 0.0])
     return hp.KinematicControl(hp.Gait.tripod(cycle_time=cycle_time), velocity=command)

@@ -54,12 +54,6 @@ def dense(line: Polyline, spacing: float) -> np.ndarray:
     return np.concatenate(pieces)
 
 
-def unit(rng: np.random.Generator) -> np.ndarray:
-    """Return a random direction, rather level."""
-    vector = rng.normal(size=3) * (1.0, 1.0, 0.1)
-    return vector / np.linalg.norm(vector)
-
-
 def places(count: int = 60, reach: float = 1.15) -> np.ndarray:
     """Return random points (count, 2) within a square."""
     return np.random.default_rng(4).uniform(-reach, reach, (count, 2))

@@ -23,7 +23,6 @@ UP = np.array([0.0, 0.0, 1.0])
 
 
 def numpy_force(contact: hp.Contact, gap: Any, u: Any, touch_speed: float) -> Any:
-    """A bristle that has not stretched is a capped damper."""
     slip = u - UP * u[2]
     normal = numpy_normal(contact.normal, -gap, -u[2], touch_speed)
     speed = np.sqrt(slip @ slip)  # not a norm: complex steps pass through it
@@ -45,7 +44,6 @@ def slope_at_rest(contact: hp.Contact, gap: float, u: np.ndarray, touch_speed: f
 
 
 def states() -> list[tuple[float, np.ndarray]]:
-    """Random gaps and velocities, first touch, at rest in each direction, and denormal numbers."""
     rng = np.random.default_rng(5)
     depth, u = rng.uniform(0.0, 4e-4, 60), rng.normal(size=(60, 3)) * 0.1
     u[40:] *= 0.01  # so slow that a bristle's damper holds

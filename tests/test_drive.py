@@ -35,7 +35,6 @@ GEAR = hp.drive.GearFriction(
 
 
 def law(*, gear: Sequence[Any] = (), **changes: Any) -> Any:
-    """Return the drive of one joint: kp 10, kd 0.5, cap 1 N m, the line of MOTOR, stops at +-1."""
     numbers = {
         "kp": 10.0, "kd": 0.5, "cap": 1.0, "line_torque": 1.6, "line_slope": 0.4,
         "damping": 0.03, "friction": 0.2, "lower": -1.0, "upper": 1.0, **changes,
@@ -46,7 +45,6 @@ def law(*, gear: Sequence[Any] = (), **changes: Any) -> Any:
 
 
 def torque_by_hand(angle: float, rate: float, demand: float) -> float:
-    """Return the torque of `law()` on a moving joint, as docs/drive.md writes it."""
     lower, upper = -1.6 - 0.4 * rate, 1.6 - 0.4 * rate
     motor = min(max(min(max(demand, lower), upper), -1.0), 1.0)
     depth = max(angle - 1.0, 0.0) + min(angle + 1.0, 0.0)
@@ -73,10 +71,7 @@ def test_law_by_hand() -> None:
 
 @pytest.mark.parametrize("external_load", [None, False, True])
 def test_slopes_against_differences(external_load: bool | None) -> None:
-    """-d/dq and -d/dv of every combination of modes, to the round-off of the differences.
-
-    Without a gear and with one of each kind of load; the external load contains the stop's torque.
-    """
+    """-d/dq and -d/dv of every combination of modes, to the round-off of the differences."""
     gears = []
     if external_load is not None:
         gears = [native_gear(GEAR.model_copy(update={"external_load": external_load}), 0.03)]
@@ -167,11 +162,3 @@ def test_bad_gains_and_motors_are_refused() -> None:
         hp.Servo(kp=[1.0, -2.0], kd=0.1)
     with refused(ParameterError, "Motor.stall_torque", -1.0):
         hp.Servo(kp=1.0, kd=0.1, motor={"coxa": {"stall_torque": -1.0, "no_load_speed": 1.0}})
-
-
-@pytest.mark.parametrize("motor", [None, {"coxa": MOTOR, "lf_tibia_joint": MOTOR}])
-def test_toml_and_back(kharagpur: hp.Robot, motor: Any) -> None:
-    servo = hp.Servo(kp={"coxa": 1.0, "femur": 2.0, "tibia": 3.0}, kd=0.1, motor=motor)
-    text = hp.Scene(kharagpur, servo=servo).to_toml()
-    assert hp.Scene.from_toml(text).servo == servo
-    assert ("motor" in text) == (motor is not None)

@@ -36,7 +36,6 @@ def run(
     loads: tuple[hp.Push, ...] = (),
     settings: dict[str, float] | None = None,
 ) -> hp.Trace:
-    """Return a run of the light joint; the heavy ones have neither servo nor motor."""
     robot = heavy_leg(1.0)
     others = {"a_joint": 0.0, "b_joint": 0.0}
     servo = hp.Servo(
@@ -121,12 +120,7 @@ def test_energy_account_closes() -> None:
     ("method", "accuracy"), [("extrapolated-euler", 1e-6), ("ndf", 1e-8), ("dop853", 1e-9)]
 )
 def test_limit_touched_for_a_moment(method: str, accuracy: float) -> None:
-    """An oscillator that meets its torque limit for 5 % of its period, within single steps.
-
-    Beyond the angle c of the limit it moves on parabolas: with amplitude A it passes zero again
-    after T / 2 = 2 (sqrt(2 (A - c) I / cap) + atan(w c / v_c) / w). Steps over the moment at the
-    limit miss 1e-7 by a factor of 5000.
-    """
+    """An oscillator that meets its torque limit for 5 % of its period, within single steps."""
     kp, cap, amplitude = 1.0, 0.30, 0.301
     w, c = np.sqrt(kp / INERTIA), cap / kp
     rise = np.sqrt(2.0 * (amplitude - c) * INERTIA / cap)
@@ -140,18 +134,3 @@ def test_limit_touched_for_a_moment(method: str, accuracy: float) -> None:
     )  # fmt: skip
     assert abs(trace.q[-1, -1]) < 5.0 * accuracy  # nothing damps the errors of a period
     assert trace.v[-1, -1] == pytest.approx(rate, abs=10.0 * accuracy * w)
-
-
-def test_summaries_and_tables_know_the_motor() -> None:
-    """A motor too weak for the walk: at its limit for the time the counters say."""
-    motor = hp.Motor(stall_torque=0.7, no_load_speed=6.0)
-    scene = hp.Scene(hp.load_robot("kharagpur"), servo=hp.Servo(kp=60.0, kd=1.2, motor=motor))
-    control = hp.KinematicControl(hp.Gait.tripod(stroke=0.06, cycle_time=1.2))
-    trace = hp.simulate(scene, control, duration=4.8, accuracy=1e-4)
-    counted = np.array([one.limit_time for one in trace.limits])
-    worst = int(np.argmax(counted))
-    assert counted[worst] > 1.5
-    # the window is half the run: two of four cycles, alike but for the start
-    assert trace.summary.at_limit[worst] == pytest.approx(counted[worst] / 4.8, rel=0.05)
-    assert trace.summary.torque_margin.max() <= 0.7
-    assert all(row.effort_limit == 0.7 for row in hp.torque_budget(trace).joints)

@@ -23,7 +23,6 @@ FINE = 2**24  # counts, of an encoder that no result can tell from a continuous 
 
 
 def loop(**changes: Any) -> hp.drive.Firmware:
-    """Return the loop of a PID with all three gains, of a fine encoder."""
     gains = {"proportional": 4.0, "integral": 6.0, "derivative": 0.02, "counts": FINE}
     return hp.drive.Firmware(**{**gains, **changes})
 
@@ -45,7 +44,6 @@ def run(
 
 
 def driven(firmware: hp.drive.Firmware) -> hp.Servo:
-    """Return the drives that the firmware commands, of the light joint alone."""
     one, rest = firmware.driven(MOTOR), {"a_joint": 0.0, "b_joint": 0.0}
     return hp.Servo(
         kp={**rest, JOINT: one.kp}, kd={**rest, JOINT: one.kd}, motor={JOINT: one.motor},
@@ -58,10 +56,6 @@ def held(target: float, firmware: hp.drive.Firmware, **given: Any) -> hp.Firmwar
 
 
 def exact_step(firmware: hp.drive.Firmware, target: float, until: float) -> np.ndarray:
-    """Return angles at every 10 ms: exact between passes, by the matrix exponential; loop anew.
-
-    J v' = T0 duty - (T0 / v0) v, the duty of a pass `delay` after it. Shape (K,).
-    """
     h, late, count = firmware.period, firmware.delay, 2.0 * math.pi / firmware.counts
     system = np.zeros((3, 3))
     system[0, 1], system[1, 1], system[1, 2] = 1.0, -EMF / INERTIA, STALL / INERTIA

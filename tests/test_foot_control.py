@@ -10,7 +10,6 @@ from scipy.interpolate import CubicHermiteSpline
 import hexapod_pin as hp
 from hexapod_pin.control import ArcWalk
 from hexapod_pin.simulation.case import Case
-from hexapod_pin.simulation.session import lock_step_runs
 
 NOISY = hp.sensors.Sensors(
     q=hp.sensors.Sensor(noise=1e-4), foot_force=hp.sensors.Sensor(noise=0.1),
@@ -21,7 +20,6 @@ BUMPS = hp.HeightField.random(2, amplitude=0.006, wavelength=0.15, size=3.0, fla
 
 
 def full(walk=None, **settings) -> hp.FootControl:
-    """Return a controller with all parts."""
     parts = {
         "slip": hp.foot_control.SlipPid(bandwidth=4.0),
         "force_targets": hp.foot_control.ForceTargets(sole="contact"),
@@ -85,23 +83,6 @@ def test_a_cut_changes_no_bit():
         assert recall(np.asarray(memories[0]), "mode").any()
         assert np.array_equal(*memories), cut
         assert np.array_equal(np.concatenate([first.q, second.q[1:]]), whole.q), cut
-
-
-def test_lock_step_gives_every_case_its_bits():
-    """Five grounds; one controller. Batches of 2 and 5, and a run of its own."""
-    grounds = [
-        BUMPS, hp.Flat(), hp.Slope(angle=0.05), hp.Stairs(rise=0.01, run=0.3, count=2, start=0.2),
-        hp.HeightField.random(5, amplitude=0.005, wavelength=0.2, size=3.0, flat_radius=0.1),
-    ]  # fmt: skip
-    control = full(sensors=None)
-    cases = [Case(hp.Scene(robot("athena"), terrain=g), control, duration=0.6) for g in grounds]
-    how = cases[0].settings
-    five = [r.trace().q for r in lock_step_runs(cases, how)]
-    two = [r.trace().q for r in lock_step_runs(cases[1:3], how)]
-    assert np.array_equal(two[0], five[1]) and np.array_equal(two[1], five[2])
-    alone = hp.simulate(cases[4].scene, full(sensors=None), duration=0.6).q
-    assert np.array_equal(alone, five[4])
-    assert not np.array_equal(five[0], five[4])
 
 
 def test_batches_of_unlike_servos_are_the_single_runs():

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from foot_control_runs import SEARCH, Recorded, foot_order, recall, robot, standing
+from foot_control_runs import SEARCH, recall, robot, standing
 from leg_robots import offset_robot
 from refusals import refused
 from test_foot_control_parts import PUSHED, T, loads_on, made, ticks
@@ -17,7 +17,11 @@ import hexapod_pin as hp
 from hexapod_pin.control import leg_group
 from hexapod_pin.control.foot_control.controller import ready_law
 from hexapod_pin.control.foot_control.law import TARGET_SIZE
+from hexapod_pin.control.foot_control.leg_model import known_joints, known_scene
+from hexapod_pin.control.foot_control.stability import spectral_radius
 from hexapod_pin.control.registry import read_controller
+from hexapod_pin.errors import SensorError
+from hexapod_pin.robot.loading.load_options import LoadOptions
 
 NAME = "kharagpur"
 TRIPOD = hp.Gait.tripod(lift=0.03)
@@ -31,7 +35,6 @@ FAULTS = [
 
 
 def full(**parts: Any) -> hp.FootControl:
-    """Return a controller with all parts."""
     return hp.FootControl(
         TRIPOD, slip=hp.foot_control.SlipPid(bandwidth=4.0),
         suspension=hp.foot_control.VirtualSuspension(), touch_down=hp.foot_control.TouchDown(),
@@ -78,25 +81,7 @@ def test_a_foot_that_never_touches_searches_to_its_limit_and_no_further():
     assert np.isfinite(target).all()
 
 
-@pytest.mark.parametrize(("name", "lost"), [("athena", 0.0), ("kharagpur", 2.0)])
-def test_a_leg_lost_leaves_a_robot_that_walks_on(name, lost):
-    """Five legs in a wave; the sixth drags its own weight, the others carry the rest."""
-    scene = hp.Scene(robot(name), loads=[hp.LostLeg("lm", lost)])
-    gait, slip = hp.Gait.wave(lift=0.03, cycle_time=3.0), hp.foot_control.SlipPid(bandwidth=4.0)
-    run = Recorded(hp.FootControl(gait, touch_down=hp.foot_control.TouchDown(), slip=slip))
-    trace = hp.simulate(scene, run, duration=6.0, sample=0.02)
-    weight, late = 9.81 * robot(name).total_mass, trace.time > 3.0
-    force = trace.foot_force[late][:, foot_order(name), 2]
-    assert trace.time[-1] == 6.0 and trace.q[-1, 0] > 0.2
-    assert force[:, 1].mean() < 0.06 * weight
-    assert np.delete(force, 1, axis=1).sum(axis=1).mean() > 0.94 * weight
-    assert (np.delete(force, 1, axis=1).max(axis=0) > 0.1 * weight).all()
-    assert np.abs(trace.q[-1, 3:5]).max() < 0.02
-    assert run.recalled("offset")[:, 1, 2].min() >= -0.03 - 1e-3
-
-
 def angles_for(law, feet: np.ndarray) -> np.ndarray:
-    """Return the set-points (B, n) for feet (B, 6, 3) at rest."""
     rest = np.zeros((*feet.shape[:2], TARGET_SIZE - 3))
     return law.set_points(0.0, np.concatenate([feet, rest], axis=2))[0]
 
@@ -124,15 +109,6 @@ def test_targets_out_of_reach_are_approached():
     assert np.array_equal(both[0], angles)
 
 
-def test_a_gait_that_the_robot_cannot_walk_is_refused_as_in_open_loop():
-    gait, limits = hp.Gait.tripod(cycle_time=0.2), []
-    for control in (hp.KinematicControl, hp.FootControl):
-        with refused(hp.errors.GaitError, quantity="cycle_time") as caught:
-            hp.simulate(hp.Scene(robot("athena")), control(gait), duration=1.0)
-        limits.append(caught.value.limit)
-    assert limits[0] == limits[1] > 0.2
-
-
 def test_what_feet_cannot_follow_is_refused():
     """Legs without stiffness: 1 / kp would poison the anticipation; commands out of reach."""
     scene = hp.Scene(
@@ -149,21 +125,11 @@ def test_what_feet_cannot_follow_is_refused():
 
 
 @pytest.mark.parametrize(
-    ("field", "value", "about"),
-    [
-        ("period", 0.0, ()), ("delay", None, ()), ("sensors", "good", ()),
-        ("suspension", hp.foot_control.SlipPid(), ("VirtualSuspension", "None")),
-    ],
-)  # fmt: skip
-def test_settings_of_the_wrong_kind_are_named(field, value, about):
-    with refused(hp.errors.ParameterError, f"FootControl.{field}", value, about=about):
-        hp.FootControl(TRIPOD, **{field: value})
-
-
-@pytest.mark.parametrize(
     ("make", "name", "value", "about"),
     [
         (lambda: hp.FootControl(hp.HoldPosture()), "FootControl.walk", "HoldPosture", ()),
+        (lambda: hp.FootControl(TRIPOD, period=0.0), "FootControl.period", 0.0, ()),
+        (lambda: hp.FootControl(TRIPOD, sensors="good"), "FootControl.sensors", "good", ()),
         (
             lambda: hp.foot_control.SlipPid(signal="both"), "SlipPid.signal", "both",
             ("'force'", "'slip'"),
@@ -213,3 +179,74 @@ def test_legs_without_closed_form_are_controlled_too(tmp_path: Path):
     for leg, index, foot in zip(six.legs, six.joint_index, feet[0], strict=True):
         assert leg.forward(angles[index]) == pytest.approx(foot, abs=1e-7)
     assert 1e-4 < np.abs(targets[0, :, 6:9]).max() < 0.1  # rad, for the loads
+
+
+# gears with free play, which the controller does not know
+
+GAIT = hp.Gait.tripod(stroke=0.06, cycle_time=1.2)
+CONTROL = hp.FootControl(GAIT, slip=hp.foot_control.SlipPid())
+
+
+def played(play: float | None) -> hp.Scene:
+    """Return a scene of gears with free play from edge to edge [rad]."""
+    robot = hp.load_robot("kharagpur", options=LoadOptions(backlash=play))
+    motor = hp.drive.identified_drive("MX-64").motor(12.0)
+    stops = hp.JointStops(stiffness=600.0, dissipation=0.3, gap_stiffness=1000.0)
+    return hp.Scene(robot, servo=hp.Servo(kp=60.0, kd=1.2, motor=motor), stops=stops)
+
+
+def test_the_known_robot_is_the_one_without_play() -> None:
+    """Model, posture, gains and stability are those of the robot loaded without play."""
+    loose, tight = played(0.0087), played(None)
+    known = known_scene(loose)
+    assert known.robot.model == tight.robot.model
+    assert not known.robot.gaps and not known.robot.held
+    np.testing.assert_array_equal(known.robot.posture, tight.robot.posture)
+    assert known_scene(tight) is tight
+    assert spectral_radius(CONTROL, loose) == spectral_radius(CONTROL, tight)
+
+
+def test_commands_and_readings_are_those_of_the_motors() -> None:
+    """Of the same readings a tick commands the same, whatever the gaps' angles are; faults name."""
+    loose, tight = played(0.0087), played(None)
+    wide = known_joints(loose.robot)
+    np.testing.assert_array_equal(CONTROL.posture(loose)[wide], CONTROL.posture(tight))
+    rng, here = np.random.default_rng(3), CONTROL.posture(tight)
+    commands, states = [], [CONTROL.start(tight, 2), CONTROL.start(loose, 2)]
+    readings = {
+        "q": here + 0.01 * rng.normal(size=(2, 18)), "v": 0.1 * rng.normal(size=(2, 18)),
+        "torque": rng.normal(size=(2, 18)), "rotation": np.tile(np.eye(3), (2, 1, 1)),
+        "angular_velocity": np.zeros((2, 3)), "acceleration": np.tile([0.0, 0.0, 9.81], (2, 1)),
+        "foot_force": rng.normal(size=(2, 6, 3)) + [0.0, 0.0, 8.0],
+        "loaded": np.ones((2, 6), dtype=bool),
+    }  # fmt: skip
+    for case, state in zip((tight, loose), states, strict=True):
+        given = dict(readings)
+        if case is loose:
+            for name in ("q", "v", "torque"):
+                given[name] = rng.normal(size=(2, 36))
+                given[name][:, wide] = readings[name]
+        command, _ = CONTROL.update(0.4, hp.control.Measurement(0.4, **given), state)
+        commands.append(command)
+    np.testing.assert_array_equal(commands[1].q[:, wide], commands[0].q)
+    assert not np.delete(commands[1].q, wide, axis=1).any()
+    given["q"] = given["q"].copy()
+    given["q"][1, wide[4]] = np.nan
+    with refused(SensorError, about=(tight.robot.joint_names[4],)):
+        CONTROL.update(0.4, hp.control.Measurement(0.4, **given), states[1])
+
+
+@pytest.mark.parametrize("encoder", ["motor", "link"])
+def test_through_the_firmware(encoder: str) -> None:
+    """Without parts it is the plan through the same firmware, in its count of 0.09 degrees."""
+    firmware = hp.drive.Firmware.dynamixel(850)
+    loose = played(0.0087)
+    motor = hp.drive.identified_drive("MX-64").motor(12.0)
+    driven = hp.Scene(loose.robot, servo=firmware.driven(motor), stops=loose.joint_stops)
+    ends = []
+    for walk in (hp.FootControl(GAIT), hp.KinematicControl(GAIT)):
+        control = hp.FirmwareControl(walk, firmware, encoder=encoder)  # type: ignore[arg-type]
+        trace = hp.simulate(driven, control, duration=0.05, sample=0.01, accuracy=1e-3,
+                            estimate=False)  # fmt: skip
+        ends.append(trace.q)
+    np.testing.assert_allclose(ends[0], ends[1], atol=2.0 * np.pi / 4096, rtol=0.0)

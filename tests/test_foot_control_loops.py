@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from foot_control_runs import in_foot_order, reading, recall, robot, standing
+from foot_control_runs import in_foot_order, reading, recall, robot
 from scipy.spatial.transform import Rotation
 from test_foot_control_parts import PUSHED, T, loads_on, made, ticks
 
 import hexapod_pin as hp
 from hexapod_pin.control import leg_group
-from hexapod_pin.control.foot_control.leg_model import PlannedWalk, standing_centre
+from hexapod_pin.control.foot_control.leg_model import standing_centre
 
 NAME = "kharagpur"
 FEET = leg_group(robot(NAME)).neutral_feet
@@ -82,7 +82,6 @@ def test_a_foot_that_slides_is_put_back():
 
 
 def turning_trunk(rate: np.ndarray, first_rate: np.ndarray):
-    """Return readings of a trunk that turns and shifts over feet that stand."""
     shift, readings = np.array([2e-3, 1e-3, -1e-3]), []
     for k in range(30):
         turn = Rotation.from_rotvec(-k * T * rate).as_matrix()
@@ -126,7 +125,6 @@ LOAD = 5.0  # N, nominal
 
 
 def travels(extra, period: float = T, **settings):
-    """Return the travel of foot 0 over ticks with that much more than its load, leg by leg."""
     suspension = hp.foot_control.VirtualSuspension(
         load=LOAD, **{"limit": 1.0, "tilt": 1.0, **settings}
     )
@@ -217,13 +215,3 @@ def test_levelling_integrates_the_tilt_up_to_its_limit():
     assert recall(memory, "pitch") == pytest.approx(np.minimum(-step * pitch * n, most), rel=1e-9)
     up = recall(memory, "pitch")[-1] * FEET[:, 0] + recall(memory, "roll")[-1] * FEET[:, 1]
     assert targets[-1, :, 2] - FEET[:, 2] == pytest.approx(up, abs=1e-9)
-
-
-def test_feet_that_stay_down_keep_their_share_of_the_load():
-    """No foot gives its load back where the schedule has it lift: that swing does not come."""
-    law = made(walk=standing(2.0), suspension=hp.foot_control.VirtualSuspension())
-    _, memory = ticks(law, [loads_on(NAME, PUSHED)] * 450)
-    assert recall(memory, "share").min() == 1.0
-    plan = PlannedWalk(robot(NAME), standing(2.0))
-    for time in np.linspace(0.11, 4.01, 40):
-        assert plan.table.at(time)[:, 8].min() > 0.99  # half a cycle is the least: a new stance

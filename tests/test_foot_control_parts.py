@@ -20,13 +20,11 @@ every_robot = pytest.mark.parametrize("name", ["kharagpur", "athena"])
 
 
 def made(name: str = "kharagpur", walk: Any = None, **parts: Any) -> ReadyLaw:
-    """Return the law of a controller, stable or not."""
     control = hp.FootControl(standing() if walk is None else walk, **parts)
     return ready_law(control, hp.Scene(robot(name), servo=SERVO), refuse=False)
 
 
 def ticks(law: ReadyLaw, readings: Any, first: int = 0, memory: Any = None):
-    """Return targets (K, 6, 3) and memories (K, N) of ticks with the readings of each."""
     memory, feet, memories = law.first_memory(1) if memory is None else memory, [], []
     for k, m in enumerate(readings, start=first):
         target, memory = law.tick(k * T, m, memory)
@@ -36,7 +34,6 @@ def ticks(law: ReadyLaw, readings: Any, first: int = 0, memory: Any = None):
 
 
 def loads_on(name: str, force: Any, **others: Any):
-    """Return a reading at rest with forces (6, 3) in gait order, world axes."""
     return reading(name, foot_force=in_foot_order(name, force), **others)
 
 
@@ -48,7 +45,6 @@ ANTICIPATING = hp.foot_control.SlipPid(kp=0.0, ki=0.0, kd=0.0)
 
 
 def anticipated(name: str, walk: Any, tick: int, rotation: Any = None):
-    """Return the loads that set-points allow for (6, 3), the soles from the centre, shares."""
     law = made(name, walk, slip=ANTICIPATING)
     rotation = np.eye(3) if rotation is None else rotation
     memory = None
@@ -84,10 +80,7 @@ def test_three_standing_feet_carry_the_load_of_statics(name):
 @every_robot
 @pytest.mark.parametrize("turn", [(0.1, 0.0, 0.4), (0.0, 0.12, 0.0)])
 def test_six_feet_share_the_weight_with_the_least_squares(name, turn):
-    """On a slope, the trunk along with it: vertical forces with the least sum of squares.
-
-    Against all forces that balance the weight: the least of them by its pseudo-inverse.
-    """
+    """On a slope, the trunk along with it: vertical forces with the least sum of squares."""
     rotation = Rotation.from_rotvec(turn).as_matrix()
     loads, arms, _ = anticipated(name, standing(), 0, rotation)
     up, weight = rotation.T[:, 2], 9.81 * robot(name).total_mass
@@ -98,7 +91,6 @@ def test_six_feet_share_the_weight_with_the_least_squares(name, turn):
 
 
 def statics(name: str) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return own torques (6, 3), Jacobians (6, 3, 3) of the soles, these (6, 3), by Pinocchio."""
     one, six = robot(name), leg_group(robot(name))
     data, q = one.model.createData(), one.stand().q
     own = pin.computeGeneralizedGravity(one.model, data, q)[6:][six.joint_index]
@@ -159,11 +151,7 @@ def test_measured_forces_are_turned_into_trunk_axes(name):
 
 @every_robot
 def test_a_foot_that_lands_early_stays_where_it_is_while_the_trunk_turns(name):
-    """Its target moves backwards and about the turning trunk, so that it is at rest in the world.
-
-    The offset is summed up tick by tick: half a tick times the change of the swing's speed of some
-    0.3 m/s is left. A turn of the wrong sign would drag it by 8 mm.
-    """
+    """At rest in the world: a turn of the wrong sign would drag it by 8 mm."""
     walk = hp.KinematicControl(hp.Gait.tripod(stroke=0.04, cycle_time=2.0, turn_rate=0.1))
     law, path = made(name, walk, touch_down=hp.foot_control.TouchDown()), walk.path(robot(name))
     memory, places = law.first_memory(1), []
@@ -185,7 +173,6 @@ FORCED = hp.foot_control.SlipPid(signal="force", kp=1e-5, ki=0.0, anticipates=Fa
 
 
 def internal(name: str, tangential: np.ndarray, load: np.ndarray, rotation: Any = None):
-    """Return the errors of the PID (6, 3), trunk axes, for forces in trunk axes."""
     rotation = np.eye(3) if rotation is None else rotation
     force = np.column_stack([tangential, load])
     measured = loads_on(name, force @ rotation.T, rotation=rotation[None])

@@ -31,7 +31,6 @@ def made(walk: str):
 
 
 def times(control, until: float) -> np.ndarray:
-    """Return random times none of which is within 1e-6 cycles of a touch-down or lift-off."""
     gait = control.gait
     t = np.random.default_rng(3).uniform(0.0, until, 90)
     age = np.mod(t[:, None] / gait.cycle_time - np.array(gait.phases), 1.0)
@@ -80,21 +79,6 @@ def test_the_schedule_is_that_of_the_path(walk):
         middle = np.where(planned, time + left + 0.5 * (1.0 - duty) * cycle, 0.0)
         left += cycle * (planned & np.diagonal(path.stance(middle)))
         assert row[down, 8] == pytest.approx(left[down], abs=1e-9)
-
-
-def test_legs_whose_swing_is_under_way_at_the_start_wait_for_their_next_one():
-    control, path, plan = made("ripple")
-    cycle, phases, duty = control.gait.cycle_time, np.array(control.gait.phases), control.gait.duty
-    under_way = np.mod(-phases, 1.0) > duty + 1e-6
-    assert under_way.any()
-    time = 0.02 * cycle
-    row, scheduled = plan.table.at(time), control.gait.feet_down(0.02)
-    waits = (row[:, 6] == 1.0) & ~scheduled
-    assert list(waits) == list(under_way)
-    assert row[waits, :3] == pytest.approx(path.positions([0.0])[0][waits], abs=2e-3)
-    # they lift off with the next swing of the schedule
-    lift = (np.mod(duty + phases, 1.0)) * cycle - time
-    assert row[waits, 8] == pytest.approx(np.where(lift < 0.0, lift + cycle, lift)[waits], abs=1e-9)
 
 
 def test_the_table_grows_with_the_walk_and_stands_where_it_ends():

@@ -13,7 +13,6 @@ from hexapod_pin.control import ArcWalk, leg_group
 
 
 def patch(center: np.ndarray, height: float, size: float = 0.035) -> hp.HeightField:
-    """Return level ground with a square table or hole, its sides 30 to 57 degrees steep."""
     side = max(0.02, abs(height) / 1.5)
     x = np.arange(-1.0, 1.0 + 1e-9, 0.005)
     across, along = np.meshgrid(x - center[0], x - center[1])
@@ -88,7 +87,6 @@ LEG, LANDING = 3, 3.0  # s
 
 @cache
 def stepped(name: str, height: float, touch_down: hp.foot_control.TouchDown | None):
-    """Return the recorded run of a walk whose foot LEG lands on a table or over a hole."""
     walk = hp.KinematicControl(hp.Gait.tripod(lift=0.03, cycle_time=2.0))
     path = walk.path(robot(name))
     place = path.positions([LANDING])[0][LEG] + path.body_pose([LANDING])[0] * [1.0, 1.0, 0.0]
@@ -127,24 +125,3 @@ def test_a_foot_that_finds_no_ground_searches_for_it():
     assert search[0] == pytest.approx(LANDING, abs=0.011)
     assert search[-1] < LANDING + 0.25
     assert sole(name, trace, 3.4) == pytest.approx(-0.015, abs=0.001)
-
-
-def test_the_search_ends_at_its_depth():
-    """Over a hole of 60 mm: 30 mm down; the walk goes on when patience ends."""
-    name = "athena"
-    run, trace = stepped(name, -0.06, hp.foot_control.TouchDown())
-    offset = run.recalled("offset")[:, LEG, 2]
-    assert offset.min() == pytest.approx(-0.03, abs=5e-4)
-    assert sole(name, trace, 3.4) > -0.045  # the trunk leans towards it
-    lag = np.array([memory[0, 3] for memory in run.memories])
-    assert lag[-1] == pytest.approx(0.3, abs=0.02) and lag[: int(2.0 / 0.005)].max() < 0.02
-
-
-def test_a_walk_goes_up_a_step_as_high_as_its_lift():
-    name = "kharagpur"
-    stairs = hp.Stairs(rise=0.03, run=0.6, count=1, start=0.35)
-    control = hp.FootControl(hp.Gait.tripod(lift=0.03), touch_down=hp.foot_control.TouchDown())
-    trace = hp.simulate(hp.Scene(robot(name), terrain=stairs), control, duration=14.0, sample=0.05)
-    assert trace.q[-1, 0] > 1.2
-    assert trace.q[-1, 2] - trace.q[0, 2] == pytest.approx(0.03, abs=0.004)
-    assert np.abs(roll_and_pitch(trace)).max() < np.radians(1.0)

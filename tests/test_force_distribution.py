@@ -8,11 +8,8 @@ import numpy as np
 import pytest
 from refusals import refused
 
-import hexapod_pin as hp
 from hexapod_pin.arrays import Array
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.formulations.inverse import LeastTorque, stance_load
-from hexapod_pin.formulations.rigid import RigidGround, RigidModel
 from hexapod_pin.robot.force_distribution import (
     REGULARISATION,
     cone_share,
@@ -38,7 +35,6 @@ class Feet(NamedTuple):
 
 
 def feet(count: int, instants: tuple[int, ...] = (), seed: int = 0) -> Feet:
-    """Return feet around the centre of mass, with legs of three joints and weights up to 1."""
     rng = np.random.default_rng(seed)
     turn = 2.0 * np.pi * (np.arange(count) + rng.uniform(-0.2, 0.2, (*instants, count))) / count
     lever = np.stack([0.3 * np.cos(turn), 0.2 * np.sin(turn), np.full(turn.shape, -0.1)], axis=-1)
@@ -80,32 +76,6 @@ def test_no_other_balanced_forces_cost_less() -> None:
     for direction in free:
         step = 0.1 * direction.reshape(5, 3)
         assert total(least + step) > total(least) < total(least - step)
-
-
-def test_least_torque_is_that_of_a_quadratic_program() -> None:
-    """Where neither cone nor weights act: the split of `formulations.inverse`, which is exact."""
-    robot = hp.load_robot("athena")
-    model = RigidModel(robot, ground=RigidGround(mu=50.0))
-    q, still = robot.stand().q, np.zeros(24)
-    for standing in ([0, 2, 4], [0, 1, 3, 5], range(6)):
-        load = stance_load(model, q, still, still, standing)
-        exact = LeastTorque(limited=False).share(load).reshape(-1, 3)
-        count = len(load.feet)
-        legs = [robot.legs[foot] for foot in load.feet]
-        columns = np.array([[robot.joint_index(name) for name in leg.joints] for leg in legs])
-        rows = load.joint_rows.reshape(count, 3, -1)
-        jacobian = np.stack([rows[k][:, columns[k]] for k in range(count)])
-        base = load.base_rows.reshape(count, 3, 6)
-        # velocity of a contact point by a turn of the base: turn x lever about the base's origin
-        about_base = np.stack([base[:, 2, 4], base[:, 0, 5], base[:, 1, 3]], axis=-1) * [-1, -1, -1]
-        weight = load.wrench[:3]
-        centre = np.cross(weight, load.wrench[3:]) / (weight @ weight)
-        lever = about_base - centre
-        found = least_torque_split(
-            jacobian, lever, load.free_torque[columns], np.ones(count), weight,
-            np.ones((count, 3)), regularisation=0.0,
-        )  # fmt: skip
-        np.testing.assert_allclose(found, exact, atol=1e-6 * np.linalg.norm(weight))
 
 
 def test_forces_stay_inside_the_cone_and_touch_it() -> None:

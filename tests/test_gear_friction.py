@@ -40,10 +40,7 @@ def published(gear: hp.drive.GearFriction, motor: float, load: float, rate: floa
 
 
 def test_both_solutions_keep_the_published_formula() -> None:
-    """Of all identified servos, F is what the formula gives for what the gear then passes on.
-
-    The core's Newton and NumPy's secants agree, and the gear asked from the load's side too.
-    """
+    """Of all identified servos, F is what the formula gives for what the gear then passes on."""
     torques, speeds = (-2.0, -0.3, -0.01, 0.0, 0.02, 0.4, 3.0), (0.0, 0.1, 2.0, 9.0)
     grid = np.array(list(itertools.product(torques, speeds)))
     for drive in hp.drive.identified_drives().values():
@@ -62,10 +59,7 @@ def test_both_solutions_keep_the_published_formula() -> None:
 
 
 def test_an_external_load_by_the_published_formula() -> None:
-    """F of both torques as published, along the motion and against it; slopes by differences.
-
-    The gear that passes on what motor, load and friction leave finds the same friction.
-    """
+    """F of both torques as published, along the motion and against it; slopes by differences."""
     torques, h, robot = (-2.0, -0.31, 0.02, 0.4, 3.0), 1e-7, heavy_leg(1.0)
     for drive in hp.drive.identified_drives().values():
         law = native_gear(drive.gear, drive.viscous)
@@ -101,7 +95,6 @@ def test_the_quadratic_part_passes_smoothly_where_the_load_begins_to_prevail() -
 
 
 def strong(gear: hp.drive.GearFriction, viscous: float = 0.0) -> hp.Motor:
-    """Return a motor too strong to matter but for its gear."""
     line = {"stall_torque": 1e6, "no_load_speed": 1e6}
     return hp.Motor(**line, gear_friction=gear, viscous_friction=viscous)
 
@@ -113,11 +106,7 @@ def weight(torque: float) -> tuple[hp.Push, ...]:
 
 @pytest.mark.parametrize("method", SETTINGS)
 def test_breakaway_under_a_load(method: str) -> None:
-    """M3 under a load of -0.3 N m rests for motor torques from 0.158 to 0.512 N m, no others.
-
-    Raised: u - L > Fc + K (L + u), so u > (Fc + L (1 + K)) / (1 - K) = 0.5125 N m. Lowered:
-    L - u > Fc + K (L + u), so u < (L (1 - K) - Fc) / (1 + K) = 0.1583 N m.
-    """
+    """M3 under a load of -0.3 N m rests for motor torques from 0.158 to 0.512 N m, no others."""
     raised, lowered = (0.05 + 0.3 * 1.2) / 0.8, (0.3 * 0.8 - 0.05) / 1.2
     for torque, moves in (
         (raised - 1e-3, 0), (raised + 1e-3, 1), (lowered + 1e-3, 0), (lowered - 1e-3, -1),
@@ -135,11 +124,7 @@ def test_breakaway_under_a_load(method: str) -> None:
 
 @pytest.mark.parametrize("method", SETTINGS)
 def test_a_load_that_falls_with_the_motor_off(method: str) -> None:
-    """Under L = -0.3 N m the gear of an external load takes Fc + K L = 0.11 N m all the way.
-
-    One that counts what it passes on takes F = Fc + K F, so Fc / (1 - K) = 0.0625 N m, as if the
-    load were lighter by what accelerates it.
-    """
+    """Under L = -0.3 N m the gear of an external load takes Fc + K L = 0.11 N m all the way."""
     for gear, taken in ((EXTERNAL, 0.05 + 0.2 * 0.3), (M3, 0.05 / 0.8)):
         given = {"motor": strong(gear), "loads": weight(-0.3)}
         trace = run(method, duration=0.02, sample=0.01, **given)
@@ -147,31 +132,8 @@ def test_a_load_that_falls_with_the_motor_off(method: str) -> None:
         np.testing.assert_allclose(trace.v[:, -1], speed, rtol=1e-6)
 
 
-@pytest.mark.parametrize("method", SETTINGS)
-def test_braking_by_a_servo_and_by_the_gear_itself(method: str) -> None:
-    """I w' = -(Fc + kd w (1 + K)) / (1 - K), from F = Fc + K (F + 2 kd w): rest at a known time.
-
-    The load is e = F + kd w along the motion, the motor's torque u = -kd w.
-    """
-    kd, rate, share = 0.01, 2.0, 0.2
-    start = {"rate": rate, "angle": -0.1, "duration": 0.1, "sample": 0.01}
-    trace = run(method, kd=kd, motor=strong(M3), **start)
-    damping, level = kd * (1.0 + share) / (1.0 - share), 0.05 / (1.0 - share)
-    fade = damping / INERTIA
-    rest = np.log1p(damping * rate / level) / fade
-    time = np.minimum(trace.time, rest)
-    speed = (rate + level / damping) * np.exp(-fade * time) - level / damping
-    tolerance = 1e-5 if method in ADAPTIVE else 0.05  # w' = 52 rad/s^2 times a step of 1 ms
-    np.testing.assert_allclose(trace.v[:, -1], speed, atol=tolerance)
-    assert not trace.v[trace.time > rest + 2e-3, -1].any()
-    assert rest < 0.07
-
-
 def test_against_another_integration() -> None:
-    """MX-64's gear driven by a servo: SciPy, with the friction found by bisection, agrees to 1e-6.
-
-    The motor drives, then brakes: the joint turns one way all the time.
-    """
+    """MX-64's gear driven by a servo: SciPy, with the friction by bisection, agrees to 1e-6."""
     gear, c, kp, kd, target = PASSED, MX64.viscous, 3.0, 0.05, 0.8
 
     def slope(t: float, y: np.ndarray) -> list[float]:
@@ -215,11 +177,7 @@ def test_energy_account_closes() -> None:
 
 @pytest.mark.parametrize("flies", [False, True])
 def test_prescribed_motion_takes_the_motor_s_torque(flies: bool) -> None:
-    """The reaction with a gear is the one without it, and its friction.
-
-    On the ground that of a gear whose load is what it passes on; in flight, where Pinocchio gives
-    gravity and velocity forces alone, that of one whose load is external.
-    """
+    """The reaction with a gear is the one without it, and its friction."""
     robot = hp.load_robot("kharagpur")
     gait = hp.Gait.tripod(stroke=0.06, cycle_time=1.2)
     traces = []
@@ -256,10 +214,7 @@ def test_prescribed_motion_takes_the_motor_s_torque(flies: bool) -> None:
 
 
 def test_a_walk_with_identified_motors() -> None:
-    """Friction costs work; a budget adds to a plain walk what the gear would take of it.
-
-    The copper's heat by hand: torque of the trace, friction of the formula, R (tau / k)^2.
-    """
+    """Friction costs work; a budget adds to a plain walk what the gear would take of it."""
     robot = hp.load_robot("kharagpur")
     control = hp.KinematicControl(hp.Gait.tripod(stroke=0.06, cycle_time=1.2))
     motor = MX64.motor(12.0)
@@ -304,10 +259,7 @@ def test_identified_motor_by_hand() -> None:
 
 
 def test_an_assumed_gear_leaves_the_line_behind_it() -> None:
-    """At rest it lifts the data sheet's 1.5 N m; unloaded it turns with 6.18 rad/s.
-
-    Half of the stall torque needs more of the motor upwards than downwards, by (1 + K) / (1 - K).
-    """
+    """At rest it lifts the data sheet's 1.5 N m; unloaded it turns with 6.18 rad/s."""
     sheet = hp.load_catalog().get("AX-12A").motor()
     motor = sheet.with_assumed_gear("most")
     gear, own = motor.gear_friction, motor.stall_torque

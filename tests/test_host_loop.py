@@ -61,10 +61,6 @@ def aim(angle: Any, ticks: int) -> tuple[Any, Any]:
 
 
 def exact_chase(firmware: hp.drive.Firmware, chase: Chase, until: float, goals: bool) -> np.ndarray:
-    """Return the joint's angles at every 10 ms, exact between passes, host and loop written anew.
-
-    Shape (K,).
-    """
     h, count = firmware.period, 2.0 * math.pi / firmware.counts
     system = np.zeros((3, 3))
     system[0, 1], system[1, 1], system[1, 2] = 1.0, -EMF / INERTIA, STALL / INERTIA
@@ -121,10 +117,7 @@ def exact_chase(firmware: hp.drive.Firmware, chase: Chase, until: float, goals: 
     ids=["mean rates", "given rates", "ends of ramps", "steps and ramps in turn"],
 )
 def test_a_host_against_one_written_anew(chase: Chase, goals: bool) -> None:
-    """Late readings, late commands and ramps pass through the loop, between exact solutions.
-
-    1e-6 rad: a reading at the edge between two of 2^24 counts moves the rest by some counts.
-    """
+    """Late readings, late commands and ramps pass through the loop, between exact solutions."""
     firmware = loop(derivative=1e-3, integral=2.0)
     control = hp.FirmwareControl(chase, firmware, command_period=TICK if goals else None)
     trace = run(control, driven(firmware))

@@ -16,7 +16,6 @@ import hexapod_pin as hp
 from hexapod_pin.arrays import Array
 from hexapod_pin.commands.app import main
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.robot import trunk_points
 from hexapod_pin.scene.scene import loaded_model
 from hexapod_pin.simulation.plant import motion_at
 from hexapod_pin.validation.checks.maximal_checks import maximal_twin
@@ -37,7 +36,6 @@ METHODS = {  # with the error that its setting leaves after 0.4 s [m and rad]
 
 
 def moving_legs() -> hp.motion.JointMotion:
-    """A foot lifted and set down again, another one swept, a third in oscillation."""
     lift = hp.motion.Step(start=0.05, end=0.15, initial=0.0, final=-0.15)
     down = hp.motion.Step(start=0.2, end=0.3, initial=0.0, final=0.15)
     return hp.motion.JointMotion(
@@ -56,10 +54,7 @@ def robot() -> hp.Robot:
 
 
 def by_scipy(robot: hp.Robot, time: Array) -> tuple[Array, Array]:
-    """Integrate the six equations of the base with Pinocchio and laws written here.
-
-    Returns configurations (T, nq) and the torques of inverse dynamics (T, n) [N m].
-    """
+    """Integrate the six equations of the base with Pinocchio and laws written here."""
     motion, model, data = moving_legs(), robot.model, robot.model.createData()
     start = hp.simulate(hp.Scene(robot, contact=CONTACT), motion_start(robot), duration=0.0).q[0]
     standing = np.array(robot.posture)
@@ -127,7 +122,6 @@ def motion_start(robot: hp.Robot) -> hp.HoldPosture:
 
 @pytest.fixture(scope="module")
 def run(robot: hp.Robot) -> Callable[[str], hp.Trace]:
-    """Run a method with its setting, once."""
     scene = hp.Scene(robot, contact=CONTACT, prescribed=True)
 
     @cache
@@ -152,6 +146,10 @@ def test_equals_an_independent_integration_of_the_six_equations(
     error = np.abs(trace.q - reference[0]).max(axis=0)
     assert error[:7].max() < tolerance
     assert error[7:].max() < 1e-12  # the joints are where their functions are, to rounding
+    work = np.abs(trace.energy["servo_work"]).max()
+    first_order = method in ("robust", "implicit-euler")
+    assert np.abs(trace.energy_residual).max() < (2e-2 if first_order else 1e-5) * work
+    assert work > 1e-3
 
 
 def test_torque_is_the_reaction(
@@ -165,17 +163,7 @@ def test_torque_is_the_reaction(
     assert np.abs(trace.torque).max() > 0.5
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_energy_is_accounted_for(run: Callable[[str], hp.Trace], method: str) -> None:
-    trace = run(method)
-    work = np.abs(trace.energy["servo_work"]).max()
-    first_order = method in ("robust", "implicit-euler")
-    assert np.abs(trace.energy_residual).max() < (2e-2 if first_order else 1e-5) * work
-    assert work > 1e-3
-
-
 def waving(robot: hp.Robot) -> hp.motion.JointMotion:
-    """Every joint in oscillation about its standing angle, each at its own period."""
     turns = {
         name: hp.motion.Sine(amplitude=0.1, period=0.2 + 0.01 * k, phase=0.7 * k, mean=angle)
         for k, (name, angle) in enumerate(zip(robot.joint_names, robot.posture, strict=True))
@@ -184,7 +172,6 @@ def waving(robot: hp.Robot) -> hp.motion.JointMotion:
 
 
 def tumbling(robot: hp.Robot, motion: hp.motion.JointMotion) -> hp.State:
-    """Return the robot 5 m up, tilted and turning, its joints where the motion has them."""
     angle, rate = motion_at(motion.plan(robot, 1.0), 0.0)
     turn = pin.Quaternion(pin.rpy.rpyToMatrix(0.3, -0.2, 0.9)).coeffs()
     twist = [0.1, -0.2, 0.3, 0.8, -0.5, 1.2]
@@ -205,7 +192,6 @@ def flight(
 
 
 def momentum(model: pin.Model, trace: hp.Trace) -> Array:
-    """Return linear momentum, and angular momentum about the centre of mass (T, 6), world axes."""
     data = model.createData()
     rows = zip(trace.q, trace.v, strict=True)
     return np.array([pin.computeCentroidalMomentum(model, data, q, v).vector for q, v in rows])
@@ -244,7 +230,6 @@ def test_a_push_on_a_falling_robot_that_moves_its_legs(robot: hp.Robot) -> None:
 
 
 def reaction(robot: hp.Robot, trace: hp.Trace, k: int, link: str, wrench: Array) -> Array:
-    """Return torques by inverse dynamics, the base's acceleration from its own six equations."""
     model, data = robot.model, robot.model.createData()
     q, v, t = trace.q[k], trace.v[k], trace.time[k]
     functions = waving(robot).motion
@@ -260,28 +245,6 @@ def reaction(robot: hp.Robot, trace: hp.Trace, k: int, link: str, wrench: Array)
     a[:6] = np.linalg.solve(np.triu(mass[:6, :6]) + np.triu(mass[:6, :6], 1).T, -lacking[:6])
     found: Array = (pin.rnea(model, data, q, v, a) - pushed)[6:]
     return found
-
-
-def test_a_trunk_that_lies_on_the_ground_carries_the_weight(robot: hp.Robot) -> None:
-    """Feet high, body contact: what the legs feel is their own weight, in closed form."""
-    posture = np.array(robot.posture)
-    for leg in robot.legs:
-        k = robot.joint_index(leg.joints[1])
-        posture[k] = robot.lower[k]
-    trunk = trunk_points(robot)
-    q = np.concatenate([robot.stand().q[:7], posture])
-    q[2] = 0.001 - np.min(np.asarray(trunk.points)[:, 2] - np.asarray(trunk.radius))
-    start = robot.check_state(q, np.zeros(robot.model.nv))
-    scene = hp.Scene(robot, prescribed=True, body_contact=True)
-    hold = hp.HoldPosture(posture)
-    trace = hp.simulate(scene, hold, duration=2.0, initial=start, accuracy=1e-7, sample=0.01)
-    feet = len(robot.feet)
-    on_trunk = trace.foot_force[-1, feet:].sum(axis=0)[2]
-    assert on_trunk == pytest.approx(robot.total_mass * 9.81, rel=1e-4)
-    assert not trace.foot_force[-1, :feet].any()
-    data = robot.model.createData()
-    held = pin.computeGeneralizedGravity(robot.model, data, trace.q[-1])[6:]
-    assert trace.torque[-1] == pytest.approx(held, abs=1e-4 * np.abs(held).max())
 
 
 def test_a_slope_is_level_ground_with_tilted_gravity(robot: hp.Robot) -> None:
@@ -318,16 +281,6 @@ def test_servos_that_stiffen_come_to_it(robot: hp.Robot) -> None:
     off = [np.abs(rms(servo=servo(factor)) / exact - 1.0).max() for factor in (1.0, 4.0, 64.0)]
     assert off[2] < 0.02
     assert off[2] < off[1] < off[0]
-
-
-def test_servos_receive_the_same_motion(robot: hp.Robot) -> None:
-    """Quintics between knots carry a sine to 1e-11 of its amplitude, into the core too."""
-    motion = {"rm_coxa_joint": hp.motion.Sine(amplitude=0.1, period=0.5)}
-    trace = hp.simulate(hp.Scene(robot), hp.motion.JointMotion(motion), duration=0.6, sample=0.01)
-    value, rate = motion["rm_coxa_joint"].value_and_rate(trace.time)
-    joint = robot.joint_index("rm_coxa_joint")
-    assert np.abs(trace.q_ref[:, joint] - value).max() < 2e-12
-    assert np.abs(trace.v_ref[:, joint] - rate).max() < 1e-9
 
 
 def test_motor_turns_its_rotor_and_its_friction(robot: hp.Robot) -> None:

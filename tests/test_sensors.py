@@ -22,7 +22,6 @@ NOISY = hp.sensors.Sensors(
 
 
 def still(batch: int, value: float = 0.0) -> hp.feedback.Measurement:
-    """A level robot with six legs, all of whose vectors have the components `value`."""
     joints, trunk = np.full((batch, 18), value), np.full((batch, 3), value)
     return hp.feedback.Measurement(
         time=0.3,
@@ -43,7 +42,6 @@ def tilted(batch: int) -> hp.feedback.Measurement:
 
 
 def errors(sensors: hp.sensors.Sensors, name: str, ticks: int, cases: range) -> np.ndarray:
-    """Errors (ticks, B, components) of a vector quantity."""
     reader, truth = sensors.start(cases), still(len(cases))
     readings = [getattr(reader.read(tick, truth), name) for tick in range(ticks)]
     return np.stack(readings).reshape(ticks, len(cases), -1)
@@ -107,14 +105,6 @@ def test_rounding_is_to_the_nearest_step(truth: float, reading: float):
         np.testing.assert_allclose(getattr(read, name), reading, atol=1e-16)
 
 
-def test_noise_is_rounded_too():
-    """As in a digital sensor; the deviation grows by the step's own, step^2 / 12."""
-    sensors = hp.sensors.Sensors(q=hp.sensors.Sensor(noise=0.05, quantisation=0.1))
-    found = errors(sensors, "q", 400, range(8))
-    assert set(np.unique(np.rint(found / 0.1) * 0.1 - found)) == {0.0}
-    assert found.std() == pytest.approx(np.sqrt(0.05**2 + 0.1**2 / 12), rel=0.02)
-
-
 def test_orientation_is_rounded_in_roll_pitch_and_yaw():
     turn = Rotation.from_euler("ZYX", [[2.93, -0.26, 0.14], [-3.04, 1.24, -1.58]]).as_matrix()
     sensors = hp.sensors.Sensors(rotation=hp.sensors.Sensor(quantisation=0.1))
@@ -129,14 +119,6 @@ def test_roll_pitch_yaw_give_their_rotation_back(pitch: float):
     turn = Rotation.from_euler("ZYX", [0.7, pitch, -1.1]).as_matrix()
     back = rotations.rotation_from_angles(rotations.roll_pitch_yaw(turn))
     np.testing.assert_allclose(back, turn, atol=1e-15)
-
-
-@pytest.mark.parametrize("size", [0.0, 1e-160, 5.0])
-def test_rotation_vectors_agree_with_scipy(size: float):
-    vector = size * np.array([0.6, -0.64, 0.48])
-    np.testing.assert_allclose(
-        rotations.rotation_from_vector(vector), Rotation.from_rotvec(vector).as_matrix(), atol=1e-15
-    )
 
 
 def bits(measurement: hp.feedback.Measurement, row: int) -> bytes:
@@ -160,16 +142,6 @@ def test_same_bits_for_any_company_and_for_a_cut():
         found = {bits(reader.read(tick, m), cases.index(5)) for cases, reader, m in readers}
         found.add(bits(sensors.start([5]).read(tick, of([5])), 0))
         assert len(found) == 1
-
-
-def test_the_truth_is_left_alone():
-    truth = tilted(2)
-    before = [bits(truth, row) for row in (0, 1)]
-    read = NOISY.start([0, 1]).read(0, truth)
-    read.q[:] = read.rotation[:] = 0.0
-    assert [bits(truth, row) for row in (0, 1)] == before
-    assert read.time == truth.time
-    assert not np.array_equal(NOISY.start([0, 1]).read(0, truth).q, read.q)
 
 
 def test_loaded_follows_the_force_as_read():

@@ -9,13 +9,26 @@ import numpy as np
 import pytest
 import tomli_w
 import vehicles
-from grounds import ALL, HILLS, PATCHED, SHAKEN, SLOPE, STAIRS
+from grounds import (
+    ALL,
+    HILLS,
+    LEDGE,
+    PATCHED,
+    PROFILES,
+    SHAKEN,
+    SLOPE,
+    STAIRS,
+    dense,
+    nearest,
+    places,
+    world,
+)
 from PIL import Image
 from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.ground.terrain import read_terrain
+from hexapod_pin.ground.terrain import Polyline, read_terrain
 from hexapod_pin.ground.terrain.ground import FARTHEST_M
 from hexapod_pin.native import evaluate
 from hexapod_pin.simulation.plant import native_plant
@@ -198,3 +211,180 @@ def test_image_brightness_is_height(kind: str, tmp_path: Path) -> None:
     Image.fromarray(pixels).save(tmp_path / "ground.png")
     field = hp.HeightField.from_image(tmp_path / "ground.png", 0.1, 0.05, origin=(0.0, 0.0))
     assert field.z == pytest.approx(0.05 * np.array([[0.4, 1.0], [0.0, 0.2]]), abs=1e-9)
+
+
+# heights, gaps and normals against closed forms and brute force
+
+
+def test_slope_rises_along_its_heading() -> None:
+    slope = hp.Slope(angle=math.radians(20.0), heading=math.radians(90.0), point=(5.0, 1.0, 2.0))
+    assert slope.height_at(-3.0, 2.0) == pytest.approx(2.0 + math.tan(math.radians(20.0)))
+    expected = [0.0, -math.sin(math.radians(20.0)), math.cos(math.radians(20.0))]
+    assert slope.normal_at(0.0, 0.0) == pytest.approx(expected, abs=1e-15)
+
+
+@pytest.mark.parametrize("terrain", [hp.Flat(height=-0.2), SLOPE], ids=["flat", "slope"])
+@pytest.mark.parametrize("radius", [0.0, 0.02])
+def test_plane_contact_is_its_closed_form(terrain, radius: float) -> None:
+    """A sphere placed at a gap along the normal has that gap and that normal."""
+    for x, y, gap in [(0.3, -0.4, 0.01), (-2.0, 1.0, -0.003), (1e3, 0.0, 0.0)]:
+        normal = terrain.normal_at(x, y)
+        center = np.array([x, y, terrain.height_at(x, y)]) + (radius + gap) * normal
+        [(found, direction)] = terrain.native().contacts(center, radius)
+        assert found == pytest.approx(gap, abs=1e-12)
+        assert direction == pytest.approx(normal, abs=1e-15)
+
+
+def test_stairs_heights() -> None:
+    """Level, then a rise at each run, then level; at a riser the upper tread counts."""
+    stairs = hp.Stairs(rise=0.1, run=0.3, count=2, start=0.5, height=1.0)
+    x = [-9.0, 0.49, 0.5, 0.79, 0.8, 9.0]
+    assert stairs.height_at(x, 0.0) == pytest.approx([1.0, 1.0, 1.1, 1.1, 1.2, 1.2])
+    assert stairs.normal_at(x, 7.0) == pytest.approx(np.tile([0.0, 0.0, 1.0], (6, 1)))
+
+
+def test_ledge_and_groove_heights() -> None:
+    assert LEDGE.height_at(*world(LEDGE.surface(), 0.19, 0.0, 3.0)[:2]) == pytest.approx(0.1)
+    assert LEDGE.height_at(*world(LEDGE.surface(), 0.21, 0.0, -3.0)[:2]) == pytest.approx(0.0)
+    groove = hp.terrain.Groove(angle_left=math.pi / 4, angle_right=math.pi / 6, depth=0.1)
+    x = np.array([-0.2, -0.1, -0.05, 0.0, 0.1, 0.2])
+    expected = [0.0, 0.0, -0.05, -0.1, -0.1 + 0.1 * math.tan(math.pi / 6), 0.0]
+    assert groove.height_at(x, 1.0) == pytest.approx(expected, abs=1e-15)
+    left, right = groove.normal_at([-0.05, 0.1], 0.0)
+    assert left == pytest.approx([math.sqrt(0.5), 0.0, math.sqrt(0.5)])
+    assert right == pytest.approx([-0.5, 0.0, math.cos(math.pi / 6)])
+
+
+@pytest.mark.parametrize("radius", [0.0, 0.02])
+@pytest.mark.parametrize("name", PROFILES)
+def test_profile_gap_is_the_distance_to_the_nearest_point(name: str, radius: float) -> None:
+    """Brute force: spheres everywhere, inside and out, against the surface as a cloud of points."""
+    terrain, spacing = PROFILES[name], 5e-5
+    line = terrain.surface()
+    cloud, native = dense(line, spacing), terrain.native()
+    rng = np.random.default_rng(1)
+    for _ in range(80):
+        s, up, sideways = rng.uniform(-0.3, 0.3), rng.uniform(-0.05, 0.15), rng.uniform(-1, 1)
+        s += rng.choice(line.s)
+        ground = float(terrain.height_at(*world(line, s, 0.0, sideways)[:2]))
+        away = np.hypot(cloud[:, 0] - s, cloud[:, 1] - ground - up).min()
+        if away < 3.0 * spacing:
+            continue
+        touched = native.contacts(world(line, s, ground + up, sideways), radius)
+        expected = math.copysign(away, up) - radius
+        assert min(gap for gap, _ in touched) == pytest.approx(expected, abs=1e-6)
+        for _, normal in touched:
+            assert np.linalg.norm(normal) == pytest.approx(1.0, abs=1e-12)
+            assert normal @ world(line, 0.0, 0.0, 1.0) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_sphere_at_faces_edges_and_corners_of_stairs() -> None:
+    """Closed forms: on a tread, before a riser, over a convex edge, in a concave corner."""
+    stairs = hp.Stairs(rise=0.1, run=0.3, count=1)
+    native, r = stairs.native(), 0.02
+    gap, normal = nearest(stairs, (0.2, 0.5, 0.125), r)
+    assert (gap, *normal) == pytest.approx((0.005, 0.0, 0.0, 1.0))
+    gap, normal = nearest(stairs, (-0.023, 0.0, 0.06), r)
+    assert (gap, *normal) == pytest.approx((0.003, -1.0, 0.0, 0.0))
+    gap, normal = nearest(stairs, (-0.03, 0.0, 0.14), r)  # 3-4-5 from the edge at z = 0.1
+    assert (gap, *normal) == pytest.approx((0.03, -0.6, 0.0, 0.8))
+    corner = native.contacts(np.array([-0.019, 0.0, 0.018]), r)
+    found = sorted((round(gap, 12), *np.round(normal, 12)) for gap, normal in corner)
+    assert found == [(-0.002, 0.0, 0.0, 1.0), (-0.001, -1.0, 0.0, 0.0)]
+
+
+def test_point_foot_at_a_riser() -> None:
+    """Radius 0: outside a positive gap, inside the nearest face pushes, in no case upwards."""
+    stairs = hp.Stairs(rise=0.1, run=0.3, count=1)
+    for x in (-0.004, 0.004):
+        gap, normal = nearest(stairs, (x, 0.0, 0.05), 0.0)
+        assert gap == pytest.approx(-x)
+        assert normal == pytest.approx([-1.0, 0.0, 0.0])
+    gap, normal = nearest(stairs, (0.2, 0.0, 0.099), 0.0)  # under a tread
+    assert (gap, *normal) == pytest.approx((-0.001, 0.0, 0.0, 1.0))
+    gap, normal = nearest(stairs, (0.003, 0.0, -0.004), 0.0)  # under the foot of the riser
+    assert (gap, *normal) == pytest.approx((-0.005, -0.6, 0.0, 0.8))
+
+
+def test_many_points_on_a_line_act_as_one_face() -> None:
+    """A polyline whose points lie on a plane gives one contact, also at its points."""
+    many = Polyline(0.0, tuple(np.linspace(-1.0, 1.0, 21)), tuple(np.linspace(-0.3, 0.3, 21)))
+    slope = hp.Slope(angle=math.atan(0.3))
+    for x in (0.0, 0.1, 0.13, 0.2):
+        center = np.array([x, 0.0, 0.3 * x + 0.02])
+        touched = many.native().contacts(center, 0.02)
+        assert len(touched) == 1
+        assert touched[0][0] == pytest.approx(nearest(slope, center, 0.02)[0], abs=1e-12)
+
+
+@pytest.mark.parametrize("name", PROFILES)
+def test_turning_the_heading_turns_the_contacts(name: str) -> None:
+    """Metamorphic: heading and centre turned together leave gaps and turn normals."""
+    terrain, extra = PROFILES[name], 1.1
+    turned = terrain.model_copy(update={"heading": terrain.heading + extra})
+    turn = np.array(
+        [[math.cos(extra), -math.sin(extra), 0], [math.sin(extra), math.cos(extra), 0], [0, 0, 1]]
+    )
+    line = terrain.surface()
+    for s in np.linspace(line.s[0] - 0.1, line.s[-1] + 0.1, 23):
+        center = world(line, s, 0.03)
+        for (gap, normal), (other, aside) in zip(
+            terrain.native().contacts(center, 0.02),
+            turned.native().contacts(turn @ center, 0.02),
+            strict=True,
+        ):
+            assert other == pytest.approx(gap, abs=1e-12)
+            assert aside == pytest.approx(turn @ normal, abs=1e-9)
+
+
+def test_hills_native_and_numpy_agree() -> None:
+    """Two implementations (splines by rows in C++, Hermite weights in NumPy), inside and beyond."""
+    native = HILLS.native()
+    for x, y in places():
+        z, normal = float(HILLS.height_at(x, y)), HILLS.normal_at(x, y)
+        [(gap, direction)] = native.contacts(np.array([x, y, z]), 0.0)
+        assert gap == pytest.approx(0.0, abs=1e-14)
+        assert direction == pytest.approx(normal, abs=1e-12)
+
+
+def test_hills_pass_through_their_points_and_run_out_to_level() -> None:
+    z = np.random.default_rng(0).uniform(-0.01, 0.01, (5, 7))
+    field = hp.HeightField.from_array(z, (0.1, 0.2), origin=(3.0, -1.0))
+    x, y = np.meshgrid(3.0 + 0.1 * np.arange(7), -1.0 + 0.2 * np.arange(5))
+    assert field.height_at(x, y) == pytest.approx(z, abs=1e-15)
+    far = field.height_at([2.9, 0.0, 3.7, 9.0], [-0.8, -0.8, -0.8, -0.8])
+    assert far == pytest.approx([z[1, 0], z[1, 0], z[1, 6], z[1, 6]], abs=1e-15)
+    edge = [field.normal_at(x, -0.7) for x in (2.9 - 1e-9, 2.9 + 1e-9, 3.0 - 1e-9, 3.0 + 1e-9)]
+    assert edge[0] == pytest.approx(edge[1], abs=1e-7)  # no kink where the field begins
+    assert edge[2] == pytest.approx(edge[3], abs=1e-7)
+
+
+def test_hills_gap_is_the_distance_to_the_nearest_point() -> None:
+    """Brute force: the nearest of many surface points, for a penetration and a gap of 1 mm."""
+    native, radius, away = HILLS.native(), 0.02, np.linspace(-0.012, 0.012, 121)
+    dx, dy = np.meshgrid(away, away)
+    for x, y in places(12, reach=0.9):
+        for up in (-1e-3, 1e-3):
+            center = np.array([x, y, float(HILLS.height_at(x, y)) + radius + up])
+            cloud = HILLS.height_at(x + dx, y + dy) - center[2]
+            distance = np.sqrt(dx**2 + dy**2 + cloud**2).min()
+            [(gap, _)] = native.contacts(center, radius)
+            assert gap == pytest.approx(distance - radius, abs=1.5e-5)  # points 0.2 mm apart
+
+
+@pytest.mark.parametrize(("radius", "gap"), [(0.0, -1e-3), (0.02, 1e-3)])
+def test_hills_push_along_the_gradient_of_the_gap(radius: float, gap: float) -> None:
+    """A force along the normal stores energy in the gap: the normal is the gap's gradient."""
+    native, step = HILLS.native(), 1e-6
+    for x, y in places(20, reach=0.9):
+        center = np.array([x, y, float(HILLS.height_at(x, y))])
+        center += (radius + gap) * HILLS.normal_at(x, y)
+        [(found, normal)] = native.contacts(center, radius)
+        gradient = [
+            (native.contacts(center + e, radius)[0][0] - native.contacts(center - e, radius)[0][0])
+            / (2.0 * step)
+            for e in step * np.eye(3)
+        ]
+        # the search ends at 1e-14 m, seen through a difference of 2e-6 m
+        assert gradient == pytest.approx(normal, abs=1e-7)
+        assert found == pytest.approx(gap, abs=1e-12)

@@ -14,7 +14,6 @@ from refusals import ANY, refused
 import hexapod_pin as hp
 from hexapod_pin.arrays import Array
 from hexapod_pin.control.curves import MotionFunction
-from hexapod_pin.control.sampled_trajectory import coordinated_moves
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.formulations.set_points import SetPoints
 from hexapod_pin.spec import read_toml
@@ -24,7 +23,6 @@ SPAN: dict[str, Any] = {"start": 0.7, "end": 1.9, "initial": 0.25, "final": -0.1
 
 
 def shape(kind: type[MotionFunction]) -> Callable[[Any], Any]:
-    """Return h(s) as ADAMS' manual prints it, for real and complex s."""
     forms: dict[type[MotionFunction], Callable[[Any], Any]] = {
         hp.motion.Step: lambda s: 3 * s * s - 2 * s * s * s,
         hp.motion.Step5: lambda s: 10 * s**3 - 15 * s**4 + 6 * s**5,
@@ -101,10 +99,7 @@ def test_middle_and_ends(kind: type[MotionFunction], slope: float, bend: float) 
 
 @pytest.mark.parametrize("ramp_share", [0.25, 0.5])
 def test_the_rate_of_a_velocity_step_is_a_sum_of_adams_steps(ramp_share: float) -> None:
-    """Rate and acceleration of two STEPs of ADAMS up to the plateau and down; the value by sums.
-
-    Gauss-Legendre with 3 points is exact for the cubic rate of each piece.
-    """
+    """Rate and acceleration of two STEPs of ADAMS up to the plateau and down; the value by sums."""
     function = hp.motion.VelocityStep(**SPAN, ramp_share=ramp_share)
     ramp, level = 1.2 * ramp_share, -0.4 / (1.2 * (1.0 - ramp_share))
     rise = hp.motion.Step(start=0.7, end=0.7 + ramp, initial=0.0, final=level)
@@ -148,14 +143,6 @@ def test_value_and_rate_are_continuous_and_one_sided_accelerations_are_limits(
             np.testing.assert_allclose(a, b, atol=1e-7)  # rates move by 1e-9 s times acceleration
         one_sided = function.acceleration(kinks, inside=kinks + sign * 1e-4)
         np.testing.assert_allclose(one_sided, function.acceleration(near), atol=1e-5)
-
-
-def test_hermite_goes_straight_on() -> None:
-    curve = EVERY["hermite"]
-    value, rate, bend = curve.derivatives(np.array([0.0, 0.4, 1.0, 2.2, 3.2]))
-    np.testing.assert_allclose(value, [-0.1, 0.1, 0.3, -0.2, -0.1], atol=1e-15)
-    np.testing.assert_allclose(rate, [0.5, 0.5, -0.4, 0.1, 0.1], atol=1e-15)
-    assert bend[0] == bend[-1] == bend[-2] == 0.0
 
 
 def test_sum_adds_and_lists_all_kinks() -> None:
@@ -241,7 +228,6 @@ def robot() -> hp.Robot:
 
 
 def stepped(robot: hp.Robot, *changes: dict[str, float]) -> Array:
-    """Return rows of set-points: the posture, then with each of the changes on top."""
     rows = [robot.posture.copy()]
     for change in changes:
         rows.append(rows[-1].copy())
@@ -270,19 +256,6 @@ def test_an_unfinished_move_goes_on_from_where_it_is(robot: hp.Robot) -> None:
     column = robot.joint_index("lf_coxa_joint")
     np.testing.assert_allclose(plan.time, [0.0, 1.0, 1.05, 1.1], atol=1e-12)
     np.testing.assert_allclose(plan.q[:, column] - q[0, column], [0, 0, 0.157, 0], atol=1e-12)
-
-
-def test_no_joint_is_ever_faster_than_its_limit(robot: hp.Robot) -> None:
-    random = np.random.default_rng(3)
-    time = np.cumsum(random.uniform(0.01, 0.2, 60))
-    time -= time[0]
-    q = robot.posture + random.uniform(-0.2, 0.2, (60, len(robot.posture)))
-    at, angles = coordinated_moves(time, q, robot.velocity_limit)
-    rate = np.abs(np.diff(angles, axis=0)) / np.diff(at)[:, None]
-    assert (rate / robot.velocity_limit).max() == pytest.approx(1.0, abs=1e-9)
-    fastest = (rate / robot.velocity_limit).max(axis=1)
-    np.testing.assert_allclose(fastest[fastest > 1e-9], 1.0, atol=1e-9)  # all moves, no dawdling
-    np.testing.assert_allclose(angles[-1], q[-1])
 
 
 def test_infinite_limits_jump_and_zero_limits_refuse_to_move(robot: hp.Robot) -> None:
