@@ -21,21 +21,11 @@ SETTINGS: dict[str, dict[str, Any]] = {
 
 
 def run(
-    method: str,
-    *,
-    kp: float = 0.0,
-    kd: float = 0.0,
-    target: float = 0.0,
-    angle: float = 0.0,
-    rate: float = 0.0,
-    duration: float = 1.0,
-    sample: float = 0.05,
-    motor: hp.Motor | None = None,
-    limited: bool = False,
-    stops: hp.JointStops = FREE,
-    loads: tuple[hp.Push, ...] = (),
+    method: str, *, kp: float = 0.0, kd: float = 0.0, target: float = 0.0, angle: float = 0.0,
+    rate: float = 0.0, duration: float = 1.0, sample: float = 0.05, motor: hp.Motor | None = None,
+    limited: bool = False, stops: hp.JointStops = FREE, loads: tuple[hp.Push, ...] = (),
     settings: dict[str, float] | None = None,
-) -> hp.Trace:
+) -> hp.Trace:  # fmt: skip
     robot = heavy_leg(1.0)
     others = {"a_joint": 0.0, "b_joint": 0.0}
     servo = hp.Servo(

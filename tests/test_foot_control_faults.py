@@ -8,13 +8,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from foot_control_runs import SEARCH, recall, robot, standing
+from foot_control_runs import SEARCH, reading, recall, robot, standing
 from leg_robots import offset_robot
 from refusals import refused
 from test_foot_control_parts import PUSHED, T, loads_on, made, ticks
 
 import hexapod_pin as hp
 from hexapod_pin.control import leg_group
+from hexapod_pin.control.feedback import Measurement
 from hexapod_pin.control.foot_control.controller import ready_law
 from hexapod_pin.control.foot_control.law import TARGET_SIZE
 from hexapod_pin.control.foot_control.leg_model import known_joints, known_scene
@@ -23,7 +24,7 @@ from hexapod_pin.control.registry import read_controller
 from hexapod_pin.errors import SensorError
 from hexapod_pin.robot.loading.load_options import LoadOptions
 
-NAME = "kharagpur"
+NAME, PARTS = "kharagpur", hp.foot_control
 TRIPOD = hp.Gait.tripod(lift=0.03)
 RIPPLE = hp.Gait.ripple().model_dump()
 JOINT = robot(NAME).joint_names[4]
@@ -47,11 +48,8 @@ def test_a_reading_that_is_no_number_is_named(number, fault):
     """With what, of what, when, and in which run of the lock-step."""
     (field, place, reading), value = fault, (np.nan, np.inf, -np.inf)[number]
     measured = loads_on(NAME, PUSHED, time=1.25)
-    rows = {
-        name: np.repeat(array, 3, axis=0)
-        for name, array in vars(measured).items()
-        if name != "time"
-    }
+    arrays = {name: array for name, array in vars(measured).items() if name != "time"}
+    rows = {name: np.repeat(array, 3, axis=0) for name, array in arrays.items()}
     rows[field][place] = value
     control = full()
     state = control.start(hp.Scene(robot(NAME)), 3)
@@ -111,9 +109,8 @@ def test_targets_out_of_reach_are_approached():
 
 def test_what_feet_cannot_follow_is_refused():
     """Legs without stiffness: 1 / kp would poison the anticipation; commands out of reach."""
-    scene = hp.Scene(
-        robot("athena"), servo=hp.Servo(kp={"coxa": 0.0, "femur": 9.0, "tibia": 9.0}, kd=1.0)
-    )
+    loose = hp.Servo(kp={"coxa": 0.0, "femur": 9.0, "tibia": 9.0}, kd=1.0)
+    scene = hp.Scene(robot("athena"), servo=loose)
     control = hp.FootControl(hp.Gait.tripod(), slip=hp.foot_control.SlipPid())
     with refused(hp.errors.ParameterError, "Servo.kp", 0.0, allowed=(0,)):
         hp.simulate(scene, control, duration=0.1)
@@ -130,22 +127,12 @@ def test_what_feet_cannot_follow_is_refused():
         (lambda: hp.FootControl(hp.HoldPosture()), "FootControl.walk", "HoldPosture", ()),
         (lambda: hp.FootControl(TRIPOD, period=0.0), "FootControl.period", 0.0, ()),
         (lambda: hp.FootControl(TRIPOD, sensors="good"), "FootControl.sensors", "good", ()),
-        (
-            lambda: hp.foot_control.SlipPid(signal="both"), "SlipPid.signal", "both",
-            ("'force'", "'slip'"),
-        ),
-        (lambda: hp.foot_control.TouchDown(earliest=2.0), "TouchDown.earliest", 2.0, ("1",)),
-        (lambda: hp.foot_control.ForceTargets(sole="rubber"), "ForceTargets.sole", "rubber", ()),
-        (
-            lambda: hp.foot_control.VirtualSuspension(load=-1.0), "VirtualSuspension.load", -1.0,
-            ('"split"', "0"),
-        ),
-        (
-            lambda: hp.foot_control.VirtualSuspension(load="even"), "VirtualSuspension.load",
-            "even", ("'split'",),
-        ),
+        (lambda: PARTS.SlipPid(signal="both"), "SlipPid.signal", "both", ("'force'", "'slip'")),
+        (lambda: PARTS.TouchDown(earliest=2.0), "TouchDown.earliest", 2.0, ("1",)),
+        (lambda: PARTS.ForceTargets(sole="rubber"), "ForceTargets.sole", "rubber", ()),
+        (lambda: PARTS.VirtualSuspension(load=-1.0), "VirtualSuspension.load", -1.0, ('"split"',)),
     ],
-)  # fmt: skip
+)
 def test_parameters_out_of_range_are_named(make, name, value, about):
     with refused(hp.errors.ParameterError, name, value, about=about):
         make()
@@ -170,12 +157,10 @@ def test_legs_without_closed_form_are_controlled_too(tmp_path: Path):
     odd = offset_robot(tmp_path)
     assert leg_group(odd).legs[0].closed_form is None
     law = ready_law(replace(full(), walk=standing()), hp.Scene(odd))
-    measured = loads_on(NAME, PUSHED)
-    measured = replace(measured, q=np.array(odd.posture)[None])
+    measured = loads_on(NAME, PUSHED, q=np.array(odd.posture)[None])
     targets, _ = law.tick(0.0, measured, law.first_memory(1))
-    feet, angles = targets[..., :3], law.set_points(0.0, targets)[0][0]
-    angles[leg_group(odd).joint_index] -= targets[0, :, 6:9]
-    six = leg_group(odd)
+    feet, angles, six = targets[..., :3], law.set_points(0.0, targets)[0][0], leg_group(odd)
+    angles[six.joint_index] -= targets[0, :, 6:9]
     for leg, index, foot in zip(six.legs, six.joint_index, feet[0], strict=True):
         assert leg.forward(angles[index]) == pytest.approx(foot, abs=1e-7)
     assert 1e-4 < np.abs(targets[0, :, 6:9]).max() < 0.1  # rad, for the loads
@@ -195,58 +180,28 @@ def played(play: float | None) -> hp.Scene:
     return hp.Scene(robot, servo=hp.Servo(kp=60.0, kd=1.2, motor=motor), stops=stops)
 
 
-def test_the_known_robot_is_the_one_without_play() -> None:
-    """Model, posture, gains and stability are those of the robot loaded without play."""
-    loose, tight = played(0.0087), played(None)
-    known = known_scene(loose)
-    assert known.robot.model == tight.robot.model
-    assert not known.robot.gaps and not known.robot.held
-    np.testing.assert_array_equal(known.robot.posture, tight.robot.posture)
-    assert known_scene(tight) is tight
-    assert spectral_radius(CONTROL, loose) == spectral_radius(CONTROL, tight)
-
-
 def test_commands_and_readings_are_those_of_the_motors() -> None:
     """Of the same readings a tick commands the same, whatever the gaps' angles are; faults name."""
     loose, tight = played(0.0087), played(None)
     wide = known_joints(loose.robot)
     np.testing.assert_array_equal(CONTROL.posture(loose)[wide], CONTROL.posture(tight))
+    assert known_scene(loose).robot.model == tight.robot.model and known_scene(tight) is tight
+    assert spectral_radius(CONTROL, loose) == spectral_radius(CONTROL, tight)
     rng, here = np.random.default_rng(3), CONTROL.posture(tight)
     commands, states = [], [CONTROL.start(tight, 2), CONTROL.start(loose, 2)]
-    readings = {
-        "q": here + 0.01 * rng.normal(size=(2, 18)), "v": 0.1 * rng.normal(size=(2, 18)),
-        "torque": rng.normal(size=(2, 18)), "rotation": np.tile(np.eye(3), (2, 1, 1)),
-        "angular_velocity": np.zeros((2, 3)), "acceleration": np.tile([0.0, 0.0, 9.81], (2, 1)),
-        "foot_force": rng.normal(size=(2, 6, 3)) + [0.0, 0.0, 8.0],
-        "loaded": np.ones((2, 6), dtype=bool),
-    }  # fmt: skip
+    readings = vars(reading(NAME, batch=2, foot_force=rng.normal(size=(2, 6, 3)) + [0, 0, 8.0]))
+    readings |= {"q": here + 0.01 * rng.normal(size=(2, 18)), "torque": rng.normal(size=(2, 18))}
     for case, state in zip((tight, loose), states, strict=True):
         given = dict(readings)
         if case is loose:
             for name in ("q", "v", "torque"):
                 given[name] = rng.normal(size=(2, 36))
                 given[name][:, wide] = readings[name]
-        command, _ = CONTROL.update(0.4, hp.control.Measurement(0.4, **given), state)
+        command, _ = CONTROL.update(0.4, Measurement(**given), state)
         commands.append(command)
     np.testing.assert_array_equal(commands[1].q[:, wide], commands[0].q)
     assert not np.delete(commands[1].q, wide, axis=1).any()
     given["q"] = given["q"].copy()
     given["q"][1, wide[4]] = np.nan
     with refused(SensorError, about=(tight.robot.joint_names[4],)):
-        CONTROL.update(0.4, hp.control.Measurement(0.4, **given), states[1])
-
-
-@pytest.mark.parametrize("encoder", ["motor", "link"])
-def test_through_the_firmware(encoder: str) -> None:
-    """Without parts it is the plan through the same firmware, in its count of 0.09 degrees."""
-    firmware = hp.drive.Firmware.dynamixel(850)
-    loose = played(0.0087)
-    motor = hp.drive.identified_drive("MX-64").motor(12.0)
-    driven = hp.Scene(loose.robot, servo=firmware.driven(motor), stops=loose.joint_stops)
-    ends = []
-    for walk in (hp.FootControl(GAIT), hp.KinematicControl(GAIT)):
-        control = hp.FirmwareControl(walk, firmware, encoder=encoder)  # type: ignore[arg-type]
-        trace = hp.simulate(driven, control, duration=0.05, sample=0.01, accuracy=1e-3,
-                            estimate=False)  # fmt: skip
-        ends.append(trace.q)
-    np.testing.assert_allclose(ends[0], ends[1], atol=2.0 * np.pi / 4096, rtol=0.0)
+        CONTROL.update(0.4, Measurement(**given), states[1])

@@ -24,10 +24,8 @@ WALK: dict[str, Any] = {"action": "gait", "gait": "tripod", "cycle_time": 0.8}
 
 NOISY = hp.sensors.Sensors(
     q=hp.sensors.Sensor(noise=0.01, bias=0.01),
-    rotation=hp.sensors.Sensor(noise=0.005),
     foot_force=hp.sensors.Sensor(quantisation=0.5),
     delay=0.004,
-    seed=3,
 )
 
 
@@ -133,13 +131,12 @@ def test_a_fall_ends_an_episode_and_costs() -> None:
 def test_an_invalid_state_ends_an_episode(monkeypatch: pytest.MonkeyPatch) -> None:
     """Here by a limit of work: the robot stands as it last was."""
     env = make(duration=2.0)
-    seen, _ = env.reset(seed=0)
+    env.reset(seed=0)
     monkeypatch.setattr(type(env.walker.task.settings), "evaluations", 300.0)
     env.reset(seed=0)
-    for _ in range(100):
+    terminated = False
+    while not terminated:
         seen, reward, terminated, _, info = env.step(np.full(18, 0.5))
-        if terminated:
-            break
     assert info["invalid"] and not info["fell"] and np.isfinite(seen).all()
     assert math.isfinite(reward) and info["reward_fall"] == -1.0
 
@@ -158,25 +155,17 @@ def test_a_recorded_episode_is_a_trace() -> None:
             copy.deepcopy(one)
 
 
-@pytest.mark.parametrize(
-    ("wrong", "name"),
-    [
+def test_what_is_no_setting_cannot_walk_or_is_no_action_is_refused() -> None:
+    for wrong, name in (
         ({"speed": (0.2, 0.1)}, "WalkTask.speed"),
-        ({"action": "torque"}, "WalkTask.action"),
         ({"duration": 0.05}, "WalkTask.duration"),
         ({"observe": ["q", "q"]}, "WalkTask.observe"),
         ({"sensors": hp.sensors.Sensors(delay=0.5)}, "WalkTask.sensors.delay"),
         ({"action": "gait", "turn_rate": (0.0, 0.1)}, "WalkTask.heading, turn_rate"),
         ({"render_mode": "human"}, "WalkEnv.render_mode"),
-    ],
-    ids=lambda value: value if isinstance(value, str) else "",
-)
-def test_odd_settings_are_refused_by_name(wrong: dict[str, Any], name: str) -> None:
-    with refused(ParameterError, name):
-        hp.rl.WalkEnv(**wrong)
-
-
-def test_what_cannot_walk_or_is_no_action_is_refused() -> None:
+    ):
+        with refused(ParameterError, name):
+            hp.rl.WalkEnv(**wrong)
     with refused(GaitError, quantity="speed"):
         hp.rl.WalkEnv(speed=5.0)
     ramp = hp.Scene(hp.load_robot("kharagpur"), terrain=hp.terrain.Ramp(angle=0.1, run=1.0))
@@ -190,6 +179,5 @@ def test_what_cannot_walk_or_is_no_action_is_refused() -> None:
         many.step(np.zeros(18))
     with refused(ParameterError, "action"):
         many.step(np.full((2, 18), np.nan))
-    assert [walker.tick for walker in many.walkers] == [0, 0]
     with refused(ParameterError, "WalkVectorEnv.autoreset_mode", "Never"):
         hp.rl.WalkVectorEnv(autoreset_mode="Never")

@@ -32,31 +32,22 @@ def robot() -> hp.Robot:
     return hp.load_robot("kharagpur")
 
 
-def momentum(robot: hp.Robot, q: np.ndarray, v: np.ndarray) -> np.ndarray:
-    data = robot.model.createData()
-    return np.array(pin.computeCentroidalMomentum(robot.model, data, q, v).vector)
-
-
-def lifted(robot: hp.Robot, height: float) -> hp.State:
+def floating(robot: hp.Robot, push: hp.Push, **how) -> hp.Trace:
     state = robot.stand()
-    q = state.q.copy()
-    q[2] += height
-    return robot.check_state(q, state.v)
+    start = robot.check_state(state.q + np.eye(25)[2], state.v)
+    scene = hp.Scene(robot, gravity=(0.0, 0.0, 0.0), loads=[push])
+    return hp.simulate(scene, hp.HoldPosture(), duration=0.1, initial=start, **how)
 
 
 def test_a_push_in_free_flight_changes_the_momentum_by_its_impulse(robot):
     """Gravity off, joints limp to 1e-12: what is left is the push."""
     force, torque = np.array([1.0, -2.0, 0.5]), np.array([0.01, 0.02, -0.03])
     push = hp.Push("lf_tibia", force=force, torque=torque, start=0.013, duration=0.05)
-    scene = hp.Scene(robot, gravity=(0.0, 0.0, 0.0), loads=[push])
-    trace = hp.simulate(
-        scene, hp.HoldPosture(), duration=0.1, initial=lifted(robot, 1.0), method="dop853",
-        accuracy=1e-12, sample=1e-3,
-    )  # fmt: skip
-    change = momentum(robot, trace.q[-1], trace.v[-1])
+    trace = floating(robot, push, method="dop853", accuracy=1e-12, sample=1e-3)
+    data = robot.model.createData()
+    change = pin.computeCentroidalMomentum(robot.model, data, trace.q[-1], trace.v[-1]).vector
     assert change[:3] == pytest.approx(0.05 * force, abs=1e-12)
     # angular momentum about the origin: the moment of the force about it, by Simpson's rule
-    data = robot.model.createData()
     frame = robot.model.getFrameId("lf_tibia")
     moments = []
     for k in range(13, 64):
@@ -72,12 +63,8 @@ def test_a_push_in_free_flight_changes_the_momentum_by_its_impulse(robot):
 def test_the_push_is_felt_where_it_begins_and_ends(robot):
     """The centre of mass accelerates by F/m between two times that are no samples."""
     push = hp.Push("base_link", force=(3.0, 0.0, 0.0), start=0.0123, duration=0.0345)
-    scene = hp.Scene(robot, gravity=(0.0, 0.0, 0.0), loads=[push])
     for method, settings in METHODS.items():
-        trace = hp.simulate(
-            scene, hp.HoldPosture(), duration=0.1, initial=lifted(robot, 1.0), method=method,
-            sample=2e-3, **settings,
-        )  # fmt: skip
+        trace = floating(robot, push, method=method, sample=2e-3, **settings)
         acceleration = 3.0 / robot.total_mass
         pushed = np.clip(trace.time - 0.0123, 0.0, 0.0345)
         after = np.clip(trace.time - 0.0123 - 0.0345, 0.0, None)
@@ -99,18 +86,12 @@ def test_a_lost_leg_gives_no_torque(robot):
         assert np.abs(trace.torque[-1]).max() > 1e-2, method
 
 
-def on_its_trunk(robot: hp.Robot) -> hp.State:
-    q = robot.stand().q.copy()
-    for leg in robot.legs:
-        q[7 + robot.joint_index(leg.joints[1])] = robot.lower[robot.joint_index(leg.joints[1])]
-    trunk = trunk_points(robot)
-    q[2] = 0.002 - np.min(np.asarray(trunk.points)[:, 2] - np.asarray(trunk.radius))
-    return robot.check_state(q, np.zeros(robot.model.nv))
-
-
 def test_a_trunk_on_the_ground_stands_with_body_contact_and_is_reported_without(robot, tmp_path):
-    start = on_its_trunk(robot)
-    hold = hp.HoldPosture(start.q[7:])
+    q, trunk = robot.stand().q.copy(), trunk_points(robot)
+    femora = [robot.joint_index(leg.joints[1]) for leg in robot.legs]
+    q[7:][femora] = robot.lower[femora]  # feet high
+    q[2] = 0.002 - np.min(np.asarray(trunk.points)[:, 2] - np.asarray(trunk.radius))
+    start, hold = robot.check_state(q, np.zeros(robot.model.nv)), hp.HoldPosture(q[7:])
     scene = hp.Scene(robot, body_contact=True)
     trace = hp.simulate(scene, hold, duration=1.0, initial=start, accuracy=1e-5)
     feet = len(robot.feet)
@@ -167,21 +148,18 @@ def test_a_payload_equals_the_robot_built_with_it(robot: hp.Robot, built: hp.Rob
         q[7:] += 0.3 * rng.normal(size=18)
         v = rng.normal(size=24)
         data, other = model.createData(), built.model.createData()
-        np.testing.assert_allclose(
-            pin.crba(model, data, q), pin.crba(built.model, other, q), rtol=0, atol=1e-12
-        )
-        np.testing.assert_allclose(
+        biases = (
             pin.nonLinearEffects(model, data, q, v),
             pin.nonLinearEffects(built.model, other, q, v),
-            rtol=1e-12, atol=1e-12,
-        )  # fmt: skip
+        )
+        np.testing.assert_allclose(*biases, rtol=1e-12, atol=1e-12)
         energies = [pin.computePotentialEnergy(m, m.createData(), q) for m in (model, built.model)]
         assert energies[0] == pytest.approx(energies[1], rel=1e-12)
         ours, wanted = (
             native.evaluate(native_plant(s), q, v, np.zeros(18)) for s in (scene, theirs)
         )
-        np.testing.assert_allclose(ours["mass"], wanted["mass"], rtol=0, atol=1e-12)
-        np.testing.assert_allclose(ours["com"], wanted["com"], rtol=0, atol=1e-12)
+        for name in ("mass", "com"):
+            np.testing.assert_allclose(ours[name], wanted[name], rtol=0, atol=1e-12)
 
 
 def test_the_robots_own_model_is_left_alone(robot: hp.Robot) -> None:
@@ -197,7 +175,6 @@ def test_the_robots_own_model_is_left_alone(robot: hp.Robot) -> None:
     again = hp.Scene.from_toml(scene.to_toml())
     assert (again.loads, again.body_contact) == (scene.loads, True)
     assert again.to_toml() == scene.to_toml()
-    assert not {"loads", "body_contact"} & set(hp.Scene(robot).to_dict())
     assert "body contact: the trunk is as large as it is drawn" in scene.assumed
     assert "payload of 0.05 kg on lf_foot: a point mass" in scene.assumed
     assert hp.Payload("base_link", 0.8, inertia=BOX.inertia_matrix).inertia == MOMENTS
@@ -206,24 +183,16 @@ def test_the_robots_own_model_is_left_alone(robot: hp.Robot) -> None:
 def test_loads_in_the_cores_terms(robot: hp.Robot) -> None:
     """A push on a link fixed to the tibia acts on the tibia's joint, 98.79 mm down its x axis."""
     push = hp.Push("rr_foot", (0.0, 0.01, 0.0), force=(1.0, 2.0, 3.0), start=0.1, duration=0.25)
-    twist = hp.Push("base_link", torque=(0.0, 0.0, 0.5), start=0.0, duration=1.0)
-    scene = hp.Scene(robot, loads=[push, BOX, twist, hp.LostLeg("rm", 2.0)])
+    scene = hp.Scene(robot, loads=[push, BOX, hp.LostLeg("rm", 2.0)])
     found = native_loads(scene.robot, scene.settings)
     joint, point, force, torque, start, end = found.pushes[0]
     assert joint == robot.model.getJointId("rr_tibia_joint")
     np.testing.assert_allclose(point, [0.09879, 0.01, 0.0], atol=1e-15)
     assert (force.tolist(), torque.tolist()) == ([1.0, 2.0, 3.0], [0.0, 0.0, 0.0])
     assert (start, end) == (0.1, 0.35)
-    assert found.pushes[1][0] == 1
-    assert found.pushes[1][3].tolist() == [0.0, 0.0, 0.5]
     names = [robot.joint_names[k] for k in found.lost[0][0]]
     assert (names, found.lost[0][1]) == (list(robot.leg("rm").joints), 2.0)
-    assert not found.body_points
-    trunk = trunk_points(robot)
-    assert [name for *_, name in found.trunk_points] == list(trunk.names)
-    np.testing.assert_array_equal([place for _, place, _, _ in found.trunk_points], trunk.points)
-    touching = native_loads(robot, hp.Scene(robot, body_contact=True).settings)
-    assert [name for *_, name in touching.body_points] == list(trunk.names)
+    assert not found.body_points and len(found.trunk_points) == len(trunk_points(robot).names)
 
 
 @pytest.mark.parametrize(
@@ -241,18 +210,13 @@ def test_impossible_numbers_are_refused_by_name(build: Callable[[], object], nam
         build()
 
 
-def test_unknown_links_and_legs_are_refused(robot: hp.Robot) -> None:
+def test_unknown_links_and_formulations_without_loads_are_refused(robot: hp.Robot) -> None:
     with refused(UnknownNameError, kind="link (Scene.loads[1].link)", name="luggage"):
         hp.Scene(robot, loads=[BOX, hp.Payload("luggage", 1.0)])
     with refused(UnknownNameError, kind="leg (Scene.loads[0].leg)", name="seventh"):
         hp.Scene(robot, loads=[hp.LostLeg("seventh", 1.0)])
     with refused(ParameterError, "Scene.loads[1].leg", "lf"):
         hp.Scene(robot, loads=[hp.LostLeg("lf", 1.0), hp.LostLeg("lf", 2.0)])
-    with refused(ParameterError, "Scene.loads"):
-        hp.Scene(robot, loads=BOX)  # type: ignore[arg-type]
-
-
-def test_formulations_without_loads_refuse_them(robot: hp.Robot) -> None:
     for scene, name, value in (
         (hp.Scene(robot, loads=[BOX]), "Scene.loads", "payload"),
         (hp.Scene(robot, body_contact=True), "Scene.body_contact", True),

@@ -16,12 +16,7 @@ from studies.foot_control.standing_growth import STAND, Stand
 import hexapod_pin as hp
 from hexapod_pin.control.foot_control.controller import FootControl
 from hexapod_pin.control.foot_control.linear_law import NEUTRAL, LinearLoop
-from hexapod_pin.control.foot_control.parameters import (
-    ForceTargets,
-    Levelling,
-    SlipPid,
-    VirtualSuspension,
-)
+from hexapod_pin.control.foot_control.parameters import ForceTargets, SlipPid, VirtualSuspension
 from hexapod_pin.control.foot_control.stability import (
     linear_law,
     refuse_unstable,
@@ -34,17 +29,11 @@ from hexapod_pin.control.foot_control.stance_model import StanceModel
 from hexapod_pin.errors import ParameterError, UnknownNameError
 from hexapod_pin.ground.contact import Contact, KelvinVoigt, StickSlip
 
-ROBOTS = ("kharagpur", "athena")
 SOFT = Contact(
     normal=KelvinVoigt(stiffness=2e4, damping=40.0),
     friction=StickSlip(mu=0.7, stiffness=2e4, damping=60.0),
 )
 """Linear, so that its slopes are its parameters."""
-
-
-@pytest.fixture(scope="module", params=ROBOTS)
-def scene(request: pytest.FixtureRequest) -> hp.Scene:
-    return hp.Scene(hp.load_robot(request.param))
 
 
 @pytest.fixture(scope="module")
@@ -58,8 +47,10 @@ def short_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(standing_growth, "ACCURACY", 1e-7)
 
 
-def test_static_forces_carry_the_weight(scene: hp.Scene) -> None:
+@pytest.mark.parametrize("name", ["kharagpur", "athena"])
+def test_static_forces_carry_the_weight(name: str) -> None:
     """Balance of force and moments, and of every joint, by Pinocchio's Newton-Euler."""
+    scene = hp.Scene(hp.load_robot(name))
     model, stance = scene.robot.model, StanceModel.of(scene)
     needed = pin.rnea(model, model.createData(), scene.robot.stand().q, np.zeros(24), np.zeros(24))
     given = np.einsum("fn,f->n", stance.jacobian[:, 2], stance.load)
@@ -93,12 +84,9 @@ def test_modes_are_those_of_the_core() -> None:
 
 def test_a_tick_of_the_suspension_is_that_of_its_equation(kharagpur: hp.Scene) -> None:
     """Implicit Euler of m z'' + c z' + k z = f, found in the differenced law's eigenvalues."""
-    scene = kharagpur
-    part, h = VirtualSuspension(), 0.005
-    control = FootControl(STAND, suspension=part)
-    law = linear_law(control, scene, StanceModel.of(scene))
-    weight = scene.robot.total_mass * 9.81
-    mass, damper, stiffness = part.gains(weight, 1.5 * h)
+    scene, part, h = kharagpur, VirtualSuspension(), 0.005
+    law = linear_law(FootControl(STAND, suspension=part), scene, StanceModel.of(scene))
+    mass, damper, stiffness = part.gains(scene.robot.total_mass * 9.81, 1.5 * h)
     system = np.array([[0.0, 1.0], [-stiffness / mass, -damper / mass]])
     expected = np.linalg.eigvals(np.linalg.inv(np.eye(2) - h * system))
     found = np.linalg.eigvals(law.memory)
@@ -113,7 +101,7 @@ def test_a_tick_of_the_suspension_is_that_of_its_equation(kharagpur: hp.Scene) -
 def test_what_is_neutral_is_not_unstable(preset: str) -> None:
     """Integrals of directions that no force reaches, and a trunk that creeps, stay at 1."""
     scene = hp.Scene(hp.load_robot("athena"), contact=Contact.preset(preset))
-    control = FootControl(STAND, slip=SlipPid(), levelling=Levelling())
+    control = FootControl(STAND, slip=SlipPid(), levelling=hp.foot_control.Levelling())
     loop = stance_loop(control, scene)
     values = np.linalg.eigvals(loop.matrix(linear_law(control, scene, loop.stance)))
     near = np.abs(values - 1.0)
@@ -136,11 +124,10 @@ def test_simulation_grows_beyond_the_border_alone() -> None:
     assert stand.growth(above) == pytest.approx(rate, rel=0.15)
 
 
-@pytest.mark.parametrize("quantity", [QUANTITIES[4], QUANTITIES[5]])
 @pytest.mark.usefixtures("short_runs")
-def test_borders_beside_force_targets_are_those_of_the_simulation(quantity: str) -> None:
+def test_borders_beside_force_targets_are_those_of_the_simulation() -> None:
     """Decays 2 % below the predicted border and grows 2 % above it, sticking contact."""
-    scene = hp.Scene(hp.load_robot("athena"))
+    scene, quantity = hp.Scene(hp.load_robot("athena")), QUANTITIES[5]
     control = controller(quantity, 0.005)
     border = predicted_border(control, scene, quantity)
     stand = Stand.settled(scene, with_parameter(control, "slip.ki", 0.05 * border))
