@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pinocchio as pin
 import pytest
 from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.commands.scene_options import chosen_servo
-from hexapod_pin.drive.servo import SAG, assumed_gains, settling_time
+from hexapod_pin.drive.servo import SAG, assumed_gains
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.robot.holding_torque import standing_torque
 from hexapod_pin.robot.robot import leg_length
@@ -28,28 +26,19 @@ def with_effort(folder: Path, effort: float) -> hp.Robot:
     return hp.load_robot(path)
 
 
-def with_springs() -> hp.Robot:
+SLIDES = "<axis xyz='1 0 0'/><limit lower='-0.01' upper='0.01' effort='50' velocity='1'/>"
+SOLID = (
+    "<inertial><mass value='1e-5'/><inertia ixx='1e-9' iyy='1e-9' izz='1e-9' ixy='0' ixz='0' "
+    "iyz='0'/></inertial>"
+)
+
+
+def with_springs(folder: Path) -> hp.Robot:
     text = hp.urdf_path("kharagpur").read_text()
-    text, count = re.subn(
-        r'(<joint name="\w\w_foot_joint" type=")fixed(">)',
-        r'\1prismatic\2<axis xyz="1 0 0"/>'
-        r'<limit lower="-0.01" upper="0.01" effort="50" velocity="1"/>',
-        text,
-    )
-    assert count == 6
-    model = pin.buildModelFromXML(text, pin.JointModelFreeFlyer())
-    robot = hp.load_robot("kharagpur")
-    names = tuple(model.names[2:])
-    feet = [replace(foot, joint=f"{foot.name}_joint", offset=np.zeros(3)) for foot in robot.feet]
-
-    def wider(values: np.ndarray, other: float) -> np.ndarray:
-        found = dict(zip(robot.joint_names, values.tolist(), strict=True))
-        return np.array([found.get(name, other) for name in names])
-
-    return replace(
-        robot, model=model, joint_names=names, feet=tuple(feet),
-        effort_limit=wider(robot.effort_limit, 50.0), posture=wider(robot.posture, 0.0),
-    )  # fmt: skip
+    text = re.sub(r'(<joint name="\w\w_foot_joint" type=")fixed">', rf'\1prismatic">{SLIDES}', text)
+    path = folder / "springs.urdf"
+    path.write_text(re.sub(r'(<link name="\w\w_foot">)', rf"\1{SOLID}", text))
+    return hp.load_robot(path, feet=[foot.name for foot in hp.load_robot("kharagpur").feet])
 
 
 def test_a_stiffness_that_is_damped_or_forced_is_taken() -> None:
@@ -61,12 +50,11 @@ def test_a_stiffness_that_is_damped_or_forced_is_taken() -> None:
         chosen_servo(robot, 2.5e6, None, force=False)
 
 
-def test_foot_springs_get_their_own_gains() -> None:
+def test_foot_springs_get_their_own_gains(tmp_path: Path) -> None:
     """Half of the weight on a spring less the foot: 0.01 of the leg's length; turning as before."""
-    robot = with_springs()
+    robot = with_springs(tmp_path)
     gains, plain = assumed_gains(robot), assumed_gains(hp.load_robot("kharagpur"))
     spring, turning = "lm_foot_joint", "lm_femur_joint"
-    assert isinstance(gains.kp, dict) and isinstance(gains.kd, dict)
     assert (gains.kp[turning], gains.kd[turning]) == (plain.kp, plain.kd)
     force = 0.5 * 9.81 * robot.total_mass
     assert gains.kp[spring] == pytest.approx(force / (0.01 * leg_length(robot)), rel=1e-3)
@@ -91,7 +79,6 @@ def test_absurd_efforts_do_not_make_gains(effort: float, tmp_path: Path) -> None
 
 
 def test_the_border_is_where_the_load_of_standing_is(tmp_path: Path) -> None:
-    """Given gains are kept, and scenes written and read."""
     load = float(max(standing_torque(hp.load_robot("kharagpur"))))
     for share, plausible in ((0.99, False), (1.01, True), (19.9, True), (20.1, False)):
         rule = assumed_gains(with_effort(tmp_path, share * load)).rule
@@ -113,13 +100,3 @@ def test_a_robot_of_absurd_effort_stands_with_the_sag_that_is_promised(tmp_path:
     sag = np.abs(trace.q[-1, 7:] - trace.q_ref[-1])
     assert SAG / 4.0 < sag.max() < SAG / 2.5
     assert np.abs(trace.v[-1]).max() < 1e-3  # damped
-
-
-def test_leg_length_and_settling_time() -> None:
-    """Kharagpur: coxa, femur and tibia of [S2]; kd / kp = 2 sqrt(0.01 r / g)."""
-    robot = hp.load_robot("kharagpur")
-    joints = [robot.model.getJointId(f"lm_{part}_joint") for part in ("femur", "tibia")]
-    parts = [robot.model.jointPlacements[joint].translation for joint in joints]
-    length = sum(np.linalg.norm(part) for part in [*parts, robot.foot("lm_foot").offset])
-    assert leg_length(robot) == pytest.approx(length, rel=1e-12)
-    assert settling_time(0.0981) == pytest.approx(0.02, rel=1e-12)

@@ -77,7 +77,6 @@ def test_free_play_and_elastic_impact(method: str) -> None:
 
 
 def test_servo_and_load_against_scipy() -> None:
-    """A step of the servo under a load, through several impacts, by another right-hand side."""
     kp, kd, push, target = 8.0, 0.1, -0.2, 0.05
     hold = hp.HoldPosture((0.0, 0.0, target, 0.0))
     trace = run(400.0, 0.2, kp=kp, kd=kd, push=push, duration=0.3, sample=0.01, control=hold)
@@ -118,7 +117,6 @@ def test_side_of_the_encoder(side: str) -> None:
 
 
 def test_robot_with_backlash() -> None:
-    """Legs are those without; gains and motors skip the gaps; a case knows the play; refusals."""
     options = LoadOptions(backlash=0.01)
     robot, plain = hp.load_robot("kharagpur", options=options), hp.load_robot("kharagpur")
     assert robot.legs == plain.legs and len(robot.joint_names) == 36

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from method_settings import METHODS
 from refusals import refused
-from scipy.interpolate import CubicHermiteSpline
 
 import hexapod_pin as hp
 from hexapod_pin.simulation.case import Case
@@ -191,15 +190,6 @@ def test_sensors_of_a_standing_robot(scene):
     assert m.torque == pytest.approx(scene.servos.kp * (scene.robot.posture - m.q), abs=1e-6)
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_time_ends_where_it_is_advanced_to(scene, method):
-    session = hp.Session(scene, method=method, sample=2e-3, **METHODS[method])
-    for end in (0.0007, 0.002, 0.0051, 0.0110003):
-        session.advance(end)
-        assert session.time == pytest.approx(end, abs=1e-15)
-    assert session.trace().time == pytest.approx(2e-3 * np.arange(6), abs=1e-15)
-
-
 def test_a_command_moves_all_joints_together_no_faster_than_they_may(scene):
     robot = scene.robot
     target = robot.posture.copy()
@@ -214,26 +204,6 @@ def test_a_command_moves_all_joints_together_no_faster_than_they_may(scene):
         line = robot.posture[joint] + travel * np.minimum(trace.time / arrival, 1.0)
         assert trace.q_ref[:, joint] == pytest.approx(line, abs=1e-12)
     assert not trace.v_ref.any()
-
-
-def test_a_ramp_arrives_after_its_time(scene):
-    robot = scene.robot
-    target = robot.posture + 0.05
-    session = hp.Session(scene, initial=in_the_air(scene), accuracy=1e-4, sample=1e-3)
-    session.advance(0.01)
-    session.command(q=target, ramp=0.1)
-    session.advance(0.06)
-    session.command(q=robot.posture, ramp=0.05)  # on the way there
-    session.advance(0.2)
-    trace = session.trace()
-    first = CubicHermiteSpline([0.01, 0.11], [0.0, 0.05], [0.0, 0.5])  # it ends at its mean rate
-    there, rate = float(first(0.06)), float(first(0.06, 1))
-    second = CubicHermiteSpline([0.06, 0.11], [there, 0.0], [rate, -there / 0.05])
-    pieces = [first(trace.time), second(trace.time), 0.0]
-    begun = [trace.time <= 0.06, trace.time <= 0.11]
-    expected = np.where(trace.time < 0.01, 0.0, np.select(begun, pieces[:2], pieces[2]))
-    assert np.abs(trace.q_ref - robot.posture - expected[:, None]).max() < 1e-12
-    assert not trace.v_ref[trace.time > 0.1105].any()
 
 
 @pytest.mark.parametrize(

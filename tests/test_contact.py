@@ -92,7 +92,6 @@ def test_laws_and_presets_survive_toml() -> None:
 
 
 def test_presets() -> None:
-    """Only S2 prints its numbers. `accurate` delivers its restitution and does not creep."""
     assert hp.Contact.preset("s2") == hp.Contact.s2()
     with refused(UnknownNameError, kind="contact preset", name="s3", known=list(PRESETS)):
         hp.Contact.preset("s3")

@@ -59,7 +59,6 @@ STATES = list(itertools.product(ANGLES, RATES, DEMANDS))
 
 
 def test_law_by_hand() -> None:
-    """Motor lines and cap, friction and stops add up to the printed formula in every region."""
     drive, seen = law(), set()
     for angle, rate, demand in STATES:
         mode = drive.mode(0, angle, rate, demand)
@@ -71,7 +70,6 @@ def test_law_by_hand() -> None:
 
 @pytest.mark.parametrize("external_load", [None, False, True])
 def test_slopes_against_differences(external_load: bool | None) -> None:
-    """-d/dq and -d/dv of every combination of modes, to the round-off of the differences."""
     gears = []
     if external_load is not None:
         gears = [native_gear(GEAR.model_copy(update={"external_load": external_load}), 0.03)]
@@ -93,18 +91,6 @@ def test_slopes_against_differences(external_load: bool | None) -> None:
         by_rate = (found(side, moving + h)[0] - found(side, moving - h)[0]) / (2.0 * h)
         assert stiffness == pytest.approx(-by_angle, abs=1e-7), mode
         assert damping == pytest.approx(-by_rate, abs=1e-7), mode
-
-
-def test_switches_show_where_a_mode_ends() -> None:
-    """None of a state's own mode is negative there; of another mode one is not above zero."""
-    drive = law()
-    own = [drive.mode(0, *state) for state in STATES]
-    for state, mode in zip(STATES, own, strict=True):
-        assert min(drive.switches(0, mode, *state, 0.0)) >= 0.0
-        parts = (mode.limit, mode.stop, mode.friction)
-        for other in own:
-            if parts != (other.limit, other.stop, other.friction):
-                assert min(drive.switches(0, other, *state, 0.0)) <= 0.0
 
 
 def test_armature_and_motors_of_some_joints(kharagpur: hp.Robot) -> None:
@@ -129,7 +115,6 @@ def test_armature_and_motors_of_some_joints(kharagpur: hp.Robot) -> None:
 
 
 def test_gains_by_kind_name_and_sequence(kharagpur: hp.Robot) -> None:
-    """A joint's name goes before its kind; a sequence is in the robot's order."""
     servo = hp.Servo(kp={"coxa": 1.0, "femur": 2.0, "tibia": 3.0, "lm_femur_joint": 9.0}, kd=0.1)
     kp, kd = servo.gains(kharagpur)
     wanted = np.tile([1.0, 2.0, 3.0], 6)

@@ -92,7 +92,6 @@ def test_sliding_stops_at_the_analytic_time(method: str) -> None:
 
 
 def test_energy_account_closes() -> None:
-    """Line, cap, friction, damping and stops: the residual stays below 1e-6 of the work done."""
     weak = {"stall_torque": 0.05, "no_load_speed": 4.0, "dry_friction": 0.005}
     motor = hp.Motor(**weak, viscous_friction=1e-4, rotor_inertia=1e-7, gear_ratio=50.0)
     stops = hp.JointStops(stiffness=5.0, dissipation=0.3)

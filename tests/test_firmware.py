@@ -86,7 +86,6 @@ def exact_step(firmware: hp.drive.Firmware, target: float, until: float) -> np.n
     ids=["PID", "late and at its limit", "encoder of 4096"],
 )
 def test_steps_of_the_loop_against_exact_ones(changes: dict[str, Any], target: float) -> None:
-    """A step passes as between exact solutions: to 1e-7 rad, or a count where that is coarse."""
     firmware = loop(**changes)
     trace = run(held(target, firmware), driven(firmware))
     exact = exact_step(firmware, target, 0.2)
@@ -150,19 +149,3 @@ def test_registers() -> None:
         hp.drive.Firmware.dynamixel(20_000)
     with refused(ParameterError, "Firmware.feetech.dead_zone"):
         hp.drive.Firmware.feetech(32, dead_zone=33)
-
-
-def test_walk_by_firmware_and_its_case() -> None:
-    """A robot walks by it at a host's rate; the case is read back; gains of its own are refused."""
-    robot, gait = hp.load_robot("kharagpur"), hp.Gait.tripod(stroke=0.06, cycle_time=1.2)
-    drive = hp.drive.identified_drive("MX-64")
-    firmware = hp.drive.Firmware.dynamixel(850)
-    scene = hp.Scene(robot, servo=firmware.driven(drive.motor(12.0)))
-    control = hp.FirmwareControl(gait, firmware, command_period=0.02)
-    case = hp.Case(scene, control, duration=1.2, sample=0.02, accuracy=1e-3)
-    assert hp.Case.from_toml(case.to_toml()) == case
-    assert case.run().q[-1, 0] > 0.01
-    with refused(ParameterError, "Scene.servo.kp"):
-        hp.simulate(hp.Scene(robot, servo=firmware.servo(drive.motor(12.0))), control, duration=0.1)
-    with refused(ParameterError, "FirmwareControl.encoder", "shaft"):
-        hp.FirmwareControl(gait, firmware, encoder="shaft")

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from foot_control_runs import Recorded, recall, robot
-from scipy.interpolate import CubicHermiteSpline
+from foot_control_runs import recall, robot
 
 import hexapod_pin as hp
 from hexapod_pin.control import ArcWalk
@@ -15,7 +14,6 @@ NOISY = hp.sensors.Sensors(
     q=hp.sensors.Sensor(noise=1e-4), foot_force=hp.sensors.Sensor(noise=0.1),
     rotation=hp.sensors.Sensor(noise=1e-3), delay=0.0042, seed=3,
 )  # fmt: skip
-SAMPLE = {"sample": 0.0025}
 BUMPS = hp.HeightField.random(2, amplitude=0.006, wavelength=0.15, size=3.0, flat_radius=0.1)
 
 
@@ -30,55 +28,13 @@ def full(walk=None, **settings) -> hp.FootControl:
     return hp.FootControl(hp.Gait.tripod(lift=0.03) if walk is None else walk, **parts | settings)
 
 
-@pytest.mark.parametrize(
-    ("name", "walk", "delay"),
-    [
-        ("athena", hp.KinematicControl(hp.Gait.tripod()), 0.0),
-        ("kharagpur", hp.KinematicControl(hp.Gait.tetrapod(turn_rate=0.05, heading=0.3)), 0.0075),
-        (
-            "kharagpur",
-            hp.KinematicControl(hp.Gait.ripple(), body=hp.motion.BodyMotion(pitch=0.05)), 0.0,
-        ),
-    ],
-)  # fmt: skip
-def test_without_parts_it_sends_the_plan(name, walk, delay):
-    """Where the plan is when a command has arrived: a period and the delay after its tick."""
-    run = Recorded(hp.FootControl(walk, delay=delay))
-    hp.simulate(hp.Scene(robot(name)), run, duration=2.5, sample=0.1)
-    knots = walk.plan(robot(name), 2.6)
-    time = 0.005 * np.arange(len(run.answers)) + 0.005 + delay
-    expected = CubicHermiteSpline(knots.time, knots.q, knots.v)(time)
-    assert np.ptp(expected, axis=0).max() > 0.1
-    assert np.abs(np.concatenate(run.answers) - expected).max() < 1e-5  # 1e-6 m over short levers
-
-
-def test_an_update_is_pure():
-    """The same in, the same out, whatever came between; what goes in is left as it was."""
-    run = Recorded(full())
-    hp.simulate(hp.Scene(robot("athena"), terrain=BUMPS), run, duration=0.5, sample=0.1)
-    scene = hp.Scene(robot("athena"), terrain=BUMPS)
-    control = full()
-    state = control.start(scene, 1)
-    for k in (40, 90, 7, 40):
-        memory = run.memories[k - 1].copy()
-        measured = run.measured[k]
-        kept = [np.copy(getattr(measured, name)) for name in ("q", "v", "torque", "foot_force")]
-        command, after = control.update(0.005 * k, measured, {**state, "memory": memory})
-        assert np.array_equal(command.q, run.answers[k])
-        assert np.array_equal(after["memory"], run.memories[k])
-        assert np.array_equal(memory, run.memories[k - 1])
-        for name, value in zip(("q", "v", "torque", "foot_force"), kept, strict=True):
-            assert np.array_equal(getattr(measured, name), value)
-
-
 def test_a_cut_changes_no_bit():
-    """At a tick of the first or the second swing, and between two ticks."""
     scene = hp.Scene(robot("athena"), terrain=BUMPS)
-    whole = hp.simulate(scene, full(), duration=0.9, **SAMPLE)
+    whole = hp.simulate(scene, full(), duration=0.9, sample=0.0025)
     for cut in (0.3, 0.605, 0.6025):
-        first = hp.simulate(scene, full(), duration=cut, **SAMPLE)
+        first = hp.simulate(scene, full(), duration=cut, sample=0.0025)
         kept = hp.results.Checkpoint.from_dict(first.checkpoint.to_dict())
-        second = hp.simulate(scene, full(), duration=0.9 - cut, initial=kept, **SAMPLE)
+        second = hp.simulate(scene, full(), duration=0.9 - cut, initial=kept, sample=0.0025)
         memories = [t.checkpoint.loop["state"]["memory"] for t in (whole, second)]
         assert recall(np.asarray(memories[0]), "mode").any()
         assert np.array_equal(*memories), cut
@@ -86,7 +42,6 @@ def test_a_cut_changes_no_bit():
 
 
 def test_batches_of_unlike_servos_are_the_single_runs():
-    """Gains follow from the servos: cases of equal servos share a start, in any order."""
     control = full(sensors=None)
     cases = [
         Case(hp.Scene(robot("athena"), servo=hp.Servo(kp=kp, kd=kp / 60.0)), control, duration=0.25)

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from foot_control_runs import SEARCH, reading, recall, robot, standing
-from leg_robots import offset_robot
 from refusals import refused
 from test_foot_control_parts import PUSHED, T, loads_on, made, ticks
 
 import hexapod_pin as hp
 from hexapod_pin.control import leg_group
 from hexapod_pin.control.feedback import Measurement
-from hexapod_pin.control.foot_control.controller import ready_law
 from hexapod_pin.control.foot_control.law import TARGET_SIZE
 from hexapod_pin.control.foot_control.leg_model import known_joints, known_scene
 from hexapod_pin.control.foot_control.stability import spectral_radius
@@ -45,7 +42,6 @@ def full(**parts: Any) -> hp.FootControl:
 
 @pytest.mark.parametrize(("number", "fault"), list(enumerate(FAULTS)))
 def test_a_reading_that_is_no_number_is_named(number, fault):
-    """With what, of what, when, and in which run of the lock-step."""
     (field, place, reading), value = fault, (np.nan, np.inf, -np.inf)[number]
     measured = loads_on(NAME, PUSHED, time=1.25)
     arrays = {name: array for name, array in vars(measured).items() if name != "time"}
@@ -59,7 +55,6 @@ def test_a_reading_that_is_no_number_is_named(number, fault):
 
 
 def test_a_foot_that_never_touches_searches_to_its_limit_and_no_further():
-    """Standing, without any force on foot 1 from the start."""
     force = PUSHED.copy()
     force[1] = 0.0
     parts = {
@@ -85,7 +80,6 @@ def angles_for(law, feet: np.ndarray) -> np.ndarray:
 
 
 def test_targets_out_of_reach_are_approached():
-    """Rows of a lock-step are brought within reach one by one."""
     law = made("athena", standing())
     plan = law.walk.table.at(law.lead)[:, :3]
     six, feet = leg_group(robot("athena")), np.array(plan)
@@ -108,7 +102,6 @@ def test_targets_out_of_reach_are_approached():
 
 
 def test_what_feet_cannot_follow_is_refused():
-    """Legs without stiffness: 1 / kp would poison the anticipation; commands out of reach."""
     loose = hp.Servo(kp={"coxa": 0.0, "femur": 9.0, "tibia": 9.0}, kd=1.0)
     scene = hp.Scene(robot("athena"), servo=loose)
     control = hp.FootControl(hp.Gait.tripod(), slip=hp.foot_control.SlipPid())
@@ -152,20 +145,6 @@ def test_mistakes_in_a_text_are_named(change, name, value):
         read_controller(full().to_dict() | change)
 
 
-def test_legs_without_closed_form_are_controlled_too(tmp_path: Path):
-    """Inverse kinematics by search."""
-    odd = offset_robot(tmp_path)
-    assert leg_group(odd).legs[0].closed_form is None
-    law = ready_law(replace(full(), walk=standing()), hp.Scene(odd))
-    measured = loads_on(NAME, PUSHED, q=np.array(odd.posture)[None])
-    targets, _ = law.tick(0.0, measured, law.first_memory(1))
-    feet, angles, six = targets[..., :3], law.set_points(0.0, targets)[0][0], leg_group(odd)
-    angles[six.joint_index] -= targets[0, :, 6:9]
-    for leg, index, foot in zip(six.legs, six.joint_index, feet[0], strict=True):
-        assert leg.forward(angles[index]) == pytest.approx(foot, abs=1e-7)
-    assert 1e-4 < np.abs(targets[0, :, 6:9]).max() < 0.1  # rad, for the loads
-
-
 # gears with free play, which the controller does not know
 
 GAIT = hp.Gait.tripod(stroke=0.06, cycle_time=1.2)
@@ -181,7 +160,6 @@ def played(play: float | None) -> hp.Scene:
 
 
 def test_commands_and_readings_are_those_of_the_motors() -> None:
-    """Of the same readings a tick commands the same, whatever the gaps' angles are; faults name."""
     loose, tight = played(0.0087), played(None)
     wide = known_joints(loose.robot)
     np.testing.assert_array_equal(CONTROL.posture(loose)[wide], CONTROL.posture(tight))

@@ -91,7 +91,6 @@ def turning_trunk(rate: np.ndarray, first_rate: np.ndarray):
 
 
 def test_a_trunk_that_moves_over_its_feet_slides_none():
-    """Shifted and turned; the feet themselves show the turn about the normal."""
     rate = np.array([0.05, -0.03, 0.2])
     _, memory = ticks(made(slip=SLIDING), turning_trunk(rate, np.zeros(3)))
     way = recall(memory, "foot")[-1] - recall(memory, "foot")[0]
@@ -140,7 +139,6 @@ def travels(extra, period: float = T, **settings):
 
 
 def test_static_travel_is_load_over_stiffness():
-    """A foot that bears nothing reaches down; at its stop the suspension rests, and leaves it."""
     found = travels([2.0] * 600, stiffness=400.0, frequency=4.0)
     assert found[-1] == pytest.approx(2.0 / 400.0, rel=1e-9)
     found = travels([50.0] * 300 + [0.0] * 300, stiffness=400.0, frequency=4.0, limit=0.004)
@@ -196,7 +194,6 @@ def test_forces_are_filtered():
 
 
 def test_levelling_integrates_the_tilt_up_to_its_limit():
-    """Feet on the higher side are drawn up; rates add tan-wise up to the limit."""
     level = hp.foot_control.Levelling(bandwidth=0.5, limit=0.02)
     roll, pitch = 0.01, -0.02
     rotation = Rotation.from_euler("ZYX", [0.7, pitch, roll]).as_matrix()[None]

@@ -47,7 +47,6 @@ def test_slip_correction_shortens_the_slip_path(name, contact, walk, signal, mos
 
 @pytest.mark.parametrize(("name", "height"), [("athena", 0.003), ("kharagpur", -0.003)])
 def test_a_foot_on_a_bump_is_drawn_up_and_one_over_a_hole_reaches_down(name, height):
-    """And the trunk is less tilted than without."""
     ground = patch(leg_group(robot(name)).neutral_feet[0], height)
     level, suspension, uneven = hp.Flat(), hp.foot_control.VirtualSuspension(), []
     for terrain, part in ((level, None), (ground, None), (ground, suspension)):
@@ -97,7 +96,6 @@ def sole(name: str, trace: hp.Trace, time: float) -> float:
 
 
 def test_a_foot_that_meets_the_ground_early_stops_there():
-    """And the trunk stays level over it."""
     name = "athena"
     run, trace = stepped(name, 0.015, hp.foot_control.TouchDown())
     early = np.flatnonzero(run.recalled("mode")[:, LEG] == EARLY) * 0.005

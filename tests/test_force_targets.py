@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -13,11 +14,14 @@ from scipy.spatial.transform import Rotation
 from test_foot_control_parts import PUSHED, SERVO, T, loads_on, made, statics
 
 import hexapod_pin as hp
+from hexapod_pin.arrays import Array
 from hexapod_pin.control import leg_group
 from hexapod_pin.control.foot_control.law import sole_of
 from hexapod_pin.control.foot_control.leg_model import standing_centre
 from hexapod_pin.control.foot_control.stability import spectral_radius, with_stable_gains
+from hexapod_pin.errors import ParameterError
 from hexapod_pin.native import LeastTorque, force_targets
+from hexapod_pin.robot import force_distribution as split
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -108,15 +112,6 @@ def test_targets_are_those_of_a_second_implementation(seed, weight, up, friction
         assert np.abs(expected - targets).max() > 1.0
 
 
-def test_targets_balance_force_and_moment():
-    rng = np.random.default_rng(1)
-    up = Rotation.from_rotvec(rng.uniform(-0.2, 0.2, 3) * [1.0, 1.0, 0.0]).as_matrix()[:, 2]
-    parts, weight = legs(1), rng.uniform(0.2, 1.0, 6)
-    found = core(settings(0.35), parts, weight, 80.0, up)
-    assert found.sum(axis=0) == pytest.approx(80.0 * up, abs=1e-9 * 80.0)
-    assert np.cross(parts[1], found).sum(axis=0) == pytest.approx(np.zeros(3), abs=1e-9 * 80.0)
-
-
 @pytest.mark.parametrize("feet", [(), (0, 3)])
 def test_too_few_feet_give_no_forces_that_run_away(feet):
     weight = np.zeros(6)
@@ -152,7 +147,6 @@ def test_no_target_jumps(name, gait):
 
 @pytest.mark.parametrize("name", ["kharagpur", "athena"])
 def test_offsets_are_the_torques_of_the_targets(name):
-    """Targets and torques of a standing robot, from Pinocchio's Jacobians and weight."""
     law = made(name, force_targets=hp.foot_control.ForceTargets())
     target, memory = law.tick(0.0, loads_on(name, PUSHED), law.first_memory(1))
     own, jacobian, soles = statics(name)
@@ -246,3 +240,97 @@ def test_default_gains_suit_the_posture():
     asked = replace(control, slip=hp.foot_control.SlipPid(bandwidth=1000.0))
     with refused(hp.errors.ParameterError, "slip.bandwidth", 1000.0):
         asked.start(scene, 1)
+
+
+# forces of least torque of a posture: balance, optimality, cone, weights
+
+WEIGHT = np.array([0.0, 0.0, 30.0])  # N
+
+
+class Feet(NamedTuple):
+    """Feet of a random robot: arguments of the functions."""
+
+    jacobian: Array
+    lever: Array
+    own_torque: Array
+    weight: Array
+    cost: Array
+
+
+def feet(count: int, instants: tuple[int, ...] = (), seed: int = 0) -> Feet:
+    rng = np.random.default_rng(seed)
+    turn = 2.0 * np.pi * (np.arange(count) + rng.uniform(-0.2, 0.2, (*instants, count))) / count
+    lever = np.stack([0.3 * np.cos(turn), 0.2 * np.sin(turn), np.full(turn.shape, -0.1)], axis=-1)
+    jacobian = rng.normal(size=(*turn.shape, 3, 3)) * 0.1
+    own = rng.normal(size=(*turn.shape, 3)) * 0.1
+    return Feet(jacobian, lever, own, rng.uniform(0.3, 1.0, turn.shape), np.full((count, 3), 0.5))
+
+
+@pytest.mark.parametrize("count", [3, 6])
+def test_forces_balance_the_load_whatever_its_direction(count: int) -> None:
+    """To the damping of the system, 1e-10, times its condition number."""
+    found = feet(count, (7,))
+    load = np.array([3.0, -2.0, 30.0])
+    j, r, g, w, cost = found
+    least = split.least_torque_split(j, r, g, w, load, cost)
+    np.testing.assert_allclose(least.sum(axis=-2), np.tile(load, (7, 1)), atol=1e-6)
+    np.testing.assert_allclose(np.cross(r, least).sum(axis=-2), 0.0, atol=1e-6)
+    upright = split.vertical_split(r, w, WEIGHT)
+    np.testing.assert_allclose(upright.sum(axis=-2), np.tile(WEIGHT, (7, 1)), atol=1e-9)
+    np.testing.assert_allclose(np.cross(r, upright).sum(axis=-2), 0.0, atol=1e-9)
+
+
+def test_no_other_balanced_forces_cost_less() -> None:
+    j, r, g, w, cost = feet(5, seed=3)
+    mean = np.trace(j @ (cost[..., None] * np.swapaxes(j, -1, -2)), axis1=-2, axis2=-1).mean() / 3
+    eps = split.REGULARISATION * mean
+
+    def total(force: Array) -> float:
+        torque = split.held_torque(j, 0.0 * g, force) ** 2
+        own = np.einsum("fij,fj,fj,fi->f", j, cost, g, force)
+        square = 0.5 * (cost * torque).sum(-1) + 0.5 * eps * (force**2).sum(-1)
+        return float((square / w - own).sum())
+
+    least = split.least_torque_split(j, r, g, w, WEIGHT, cost)
+    skew = [np.cross(np.eye(3), -arm) for arm in r]
+    rows = np.hstack([np.vstack([np.eye(3), one]) for one in skew])
+    free = np.linalg.svd(rows)[2][6:]
+    for direction in free:
+        step = 0.1 * direction.reshape(5, 3)
+        assert total(least + step) > total(least) < total(least - step)
+
+
+def test_forces_stay_inside_the_cone_and_touch_it() -> None:
+    j, r, g, w, cost = feet(6, (50,), seed=1)
+    limited = 0
+    for mu in (0.05, 0.35, 50.0):
+        force, share = split.holding_forces(j, r, g, w, WEIGHT, cost, mu)
+        ratio = split.force_ratio(force, WEIGHT)
+        assert (ratio <= mu * (1.0 + 1e-9)).all()
+        acts = (share > 0.0) & (share < 1.0)
+        np.testing.assert_allclose(ratio[acts].max(axis=-1), mu, rtol=1e-9)
+        limited += int(acts.sum())
+    assert limited > 50
+    assert (split.holding_forces(j, r, g, w, WEIGHT, cost, 0.0).share == 0.0).all()
+
+
+def test_weights_are_centred_on_touch_down_and_lift_off() -> None:
+    duty, period, transfer = 0.6, 1.5, 0.1
+    at = np.array([0.0, duty, 0.3, 0.8, transfer / period / 2, 1.0 - transfer / period / 2])
+    weight = split.load_weights(at, duty, period, transfer)
+    np.testing.assert_allclose(weight, [0.5, 0.5, 1.0, 0.0, 1.0, 0.0], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("call", "name"),
+    [
+        (lambda f: split.vertical_split(f.lever, [1, 1, 0, 0, 0, 0], WEIGHT), "weight"),
+        (lambda f: split.holding_forces(*f[:4], WEIGHT, f.cost, -0.1), "mu"),
+        (lambda f: split.vertical_split(f.lever, f.weight, np.zeros(3)), "load"),
+        (lambda f: split.load_weights(0.1, 0.5, 1.0, 0.0), "transfer"),
+        (lambda f: split.cone_share(f.lever, f.lever, WEIGHT, np.nan), "cone_share.mu"),
+    ],
+)
+def test_what_cannot_be_is_refused(call, name: str) -> None:
+    with refused(ParameterError, name):
+        call(feet(6))

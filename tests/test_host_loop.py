@@ -116,7 +116,6 @@ def exact_chase(firmware: hp.drive.Firmware, chase: Chase, until: float, goals: 
     ids=["mean rates", "given rates", "ends of ramps", "steps and ramps in turn"],
 )
 def test_a_host_against_one_written_anew(chase: Chase, goals: bool) -> None:
-    """Late readings, late commands and ramps pass through the loop, between exact solutions."""
     firmware = loop(derivative=1e-3, integral=2.0)
     control = hp.FirmwareControl(chase, firmware, command_period=TICK if goals else None)
     trace = run(control, driven(firmware))
@@ -127,7 +126,6 @@ def test_a_host_against_one_written_anew(chase: Chase, goals: bool) -> None:
 
 @pytest.mark.parametrize("delay", [0.0, 4e-4])
 def test_course_of_a_host(delay: float) -> None:
-    """Battery and heat of the run are found again from its trace: current is torque over k."""
     firmware = loop(derivative=1e-3, delay=delay)
     control = hp.FirmwareControl(Chase(), firmware, battery=PACK, heat=True)
     servo = supplied_by(firmware, PACKED)
@@ -143,7 +141,6 @@ def test_course_of_a_host(delay: float) -> None:
 
 
 def test_foot_control_through_the_firmware() -> None:
-    """Without parts it is the plan; runs are read back, and equal in lock-step and cut in two."""
     gait = hp.Gait.tripod(stroke=0.06, cycle_time=1.2)
     firmware = hp.drive.Firmware.dynamixel(850)
     motor = hp.drive.identified_drive("MX-64").motor(12.0)
@@ -168,7 +165,6 @@ def test_foot_control_through_the_firmware() -> None:
 
 
 def test_refusals_of_a_host() -> None:
-    """Ticks between passes, torques, angles out of range, and what cannot be found again."""
     firmware = loop()
 
     def go(chase: Any, **given: Any) -> hp.Trace:
@@ -186,7 +182,13 @@ def test_refusals_of_a_host() -> None:
         go(Chase(), command_period=0.01)
     with refused(ParameterError, "FirmwareControl.walk"):
         hp.FirmwareControl(hp.FirmwareControl(Chase(), firmware), firmware)
-    case = hp.Case(hp.Scene(hp.load_robot("kharagpur")), hp.FirmwareControl(Chase(), firmware))
+    with refused(ParameterError, "FirmwareControl.encoder", "shaft"):
+        hp.FirmwareControl(Chase(), firmware, encoder="shaft")
+    own = firmware.servo(hp.drive.identified_drive("MX-64").motor(12.0))
+    scene = hp.Scene(hp.load_robot("kharagpur"), servo=own)
+    with refused(ParameterError, "Scene.servo.kp"):
+        hp.simulate(scene, hp.FirmwareControl(hp.HoldPosture(), firmware), duration=0.1)
+    case = hp.Case(scene, hp.FirmwareControl(Chase(), firmware))
     with refused(ParameterError, "Case.controller", "Chase"):
         case.to_toml()
     noisy = go(Chase(sensors=Sensors(q=Sensor(noise=0.01))))

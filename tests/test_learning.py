@@ -31,9 +31,7 @@ NOISY = hp.sensors.Sensors(
 
 def make(**task: Any) -> hp.rl.WalkEnv:
     hp.rl  # noqa: B018  # registers it
-    found = gymnasium.make(ID, **task).unwrapped
-    assert isinstance(found, hp.rl.WalkEnv)
-    return found
+    return gymnasium.make(ID, **task).unwrapped
 
 
 @pytest.mark.parametrize(
@@ -60,10 +58,8 @@ RANDOM: dict[str, Any] = {
 
 @pytest.mark.parametrize("mode", ["NextStep", "SameStep", "Disabled"])
 def test_a_vector_environment_has_the_bits_of_single_ones(mode: str) -> None:
-    """Observations, rewards, ends and infos, over falls, resets, threads and noise."""
     count = 3
     many = gymnasium.make_vec(ID, count, autoreset_mode=mode, threads=2, **RANDOM)
-    assert isinstance(many, hp.rl.WalkVectorEnv)
     one_by_one = SyncVectorEnv([lambda: gymnasium.make(ID, **RANDOM)] * count, autoreset_mode=mode)
     same(many.reset(seed=5), one_by_one.reset(seed=5))
     rng, fell, timed = np.random.default_rng(0), 0, 0
@@ -129,7 +125,6 @@ def test_a_fall_ends_an_episode_and_costs() -> None:
 
 
 def test_an_invalid_state_ends_an_episode(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Here by a limit of work: the robot stands as it last was."""
     env = make(duration=2.0)
     env.reset(seed=0)
     monkeypatch.setattr(type(env.walker.task.settings), "evaluations", 300.0)

@@ -61,7 +61,6 @@ def test_a_push_in_free_flight_changes_the_momentum_by_its_impulse(robot):
 
 
 def test_the_push_is_felt_where_it_begins_and_ends(robot):
-    """The centre of mass accelerates by F/m between two times that are no samples."""
     push = hp.Push("base_link", force=(3.0, 0.0, 0.0), start=0.0123, duration=0.0345)
     for method, settings in METHODS.items():
         trace = floating(robot, push, method=method, sample=2e-3, **settings)
@@ -137,7 +136,6 @@ def built(robot: hp.Robot, tmp_path: Path) -> hp.Robot:
 
 
 def test_a_payload_equals_the_robot_built_with_it(robot: hp.Robot, built: hp.Robot) -> None:
-    """M, bias and potential energy, by Pinocchio and in the core; 1e-12 is rounding."""
     scene = hp.Scene(robot, loads=[BOX, TOOL])
     theirs = hp.Scene(built, servo=scene.servo, stops=scene.stops)
     model = loaded_model(scene)
@@ -163,7 +161,6 @@ def test_a_payload_equals_the_robot_built_with_it(robot: hp.Robot, built: hp.Rob
 
 
 def test_the_robots_own_model_is_left_alone(robot: hp.Robot) -> None:
-    """Loads survive the text; a scene without them is written as it always was."""
     before = [body.mass for body in robot.model.inertias]
     scene = hp.Scene(robot, loads=[BOX])
     assert loaded_model(scene) is loaded_model(hp.Scene(robot, loads=[BOX]))  # built once

@@ -81,7 +81,6 @@ def test_energy_is_the_integral_of_the_elastic_force_and_damping_gives_none(name
 
 
 def test_touch_speed_has_a_floor() -> None:
-    """A foot put down slower than the floor is damped as at the floor, not without bound."""
     law = hp.contact.Restitution(stiffness=1e6, restitution=0.3, speed_floor=2e-3)
     floor = float(law.force(1e-4, 1e-3, 2e-3))
     assert float(law.force(1e-4, 1e-3, 0.0)) == floor

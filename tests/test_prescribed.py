@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import cache
 
 import numpy as np
@@ -15,7 +14,6 @@ import hexapod_pin as hp
 from hexapod_pin.arrays import Array
 from hexapod_pin.commands.app import main
 from hexapod_pin.errors import ParameterError
-from hexapod_pin.scene.scene import loaded_model
 from hexapod_pin.simulation.plant import motion_at
 from hexapod_pin.validation.checks.maximal_checks import maximal_twin
 
@@ -35,6 +33,9 @@ METHODS = {  # with the error that its setting leaves after 0.4 s [m and rad]
 }
 
 
+ROBOT = hp.load_robot("kharagpur")
+
+
 def moving_legs() -> hp.motion.JointMotion:
     lift = hp.motion.Step(start=0.05, end=0.15, initial=0.0, final=-0.15)
     down = hp.motion.Step(start=0.2, end=0.3, initial=0.0, final=0.15)
@@ -48,13 +49,10 @@ def moving_legs() -> hp.motion.JointMotion:
     )
 
 
-@pytest.fixture(scope="module")
-def robot() -> hp.Robot:
-    return hp.load_robot("kharagpur")
-
-
-def by_scipy(robot: hp.Robot, time: Array) -> tuple[Array, Array]:
+@cache
+def by_scipy() -> tuple[Array, Array]:
     """Integrate the six equations of the base with Pinocchio and laws written here."""
+    robot, time = ROBOT, 0.01 * np.arange(41)
     motion, model, data = moving_legs(), robot.model, robot.model.createData()
     hold = hp.HoldPosture(motion.plan(robot, 0.4).q[0])
     start = hp.simulate(hp.Scene(robot, contact=CONTACT), hold, duration=0.0).q[0]
@@ -115,30 +113,16 @@ def by_scipy(robot: hp.Robot, time: Array) -> tuple[Array, Array]:
     return np.array(q), np.array([balance(t, y)[1] for y, t in zip(rows, time, strict=True)])
 
 
-@pytest.fixture(scope="module")
-def run(robot: hp.Robot) -> Callable[[str], hp.Trace]:
-    scene = hp.Scene(robot, contact=CONTACT, prescribed=True)
-
-    @cache
-    def one(method: str) -> hp.Trace:
-        return hp.simulate(
-            scene, moving_legs(), duration=0.4, method=method, sample=0.01, **METHODS[method][0]
-        )
-
-    return one
-
-
-@pytest.fixture(scope="module")
-def reference(robot: hp.Robot) -> tuple[Array, Array]:
-    return by_scipy(robot, 0.01 * np.arange(41))
+@cache
+def run(method: str) -> hp.Trace:
+    scene, how = hp.Scene(ROBOT, contact=CONTACT, prescribed=True), METHODS[method][0]
+    return hp.simulate(scene, moving_legs(), duration=0.4, method=method, sample=0.01, **how)
 
 
 @pytest.mark.parametrize("method", METHODS)
-def test_equals_an_independent_integration_of_the_six_equations(
-    run: Callable[[str], hp.Trace], reference: tuple[Array, Array], method: str
-) -> None:
+def test_equals_an_independent_integration_of_the_six_equations(method: str) -> None:
     trace, tolerance = run(method), METHODS[method][1]
-    error = np.abs(trace.q - reference[0]).max(axis=0)
+    error = np.abs(trace.q - by_scipy()[0]).max(axis=0)
     assert error[:7].max() < tolerance
     assert error[7:].max() < 1e-12  # the joints are where their functions are, to rounding
     work = np.abs(trace.energy["servo_work"]).max()
@@ -147,77 +131,48 @@ def test_equals_an_independent_integration_of_the_six_equations(
     assert work > 1e-3
 
 
-def test_torque_is_the_reaction(
-    run: Callable[[str], hp.Trace], reference: tuple[Array, Array]
-) -> None:
+def test_torque_is_the_reaction() -> None:
     """Errors of 1e-11 m in the base are 1e-6 N on feet of 1e5 N/m; where motions jump apart."""
     trace = run("dop853")
     jumps = np.isin(np.round(trace.time, 6), [0.05, 0.15, 0.2, 0.3, 0.4])
-    error = np.abs(trace.torque - reference[1])[~jumps]
+    error = np.abs(trace.torque - by_scipy()[1])[~jumps]
     assert error.max() < 1e-6
     assert np.abs(trace.torque).max() > 0.5
 
 
-def waving(robot: hp.Robot) -> hp.motion.JointMotion:
+def waving() -> hp.motion.JointMotion:
     turns = {
         name: hp.motion.Sine(amplitude=0.1, period=0.2 + 0.01 * k, phase=0.7 * k, mean=angle)
-        for k, (name, angle) in enumerate(zip(robot.joint_names, robot.posture, strict=True))
+        for k, (name, angle) in enumerate(zip(ROBOT.joint_names, ROBOT.posture, strict=True))
     }
     return hp.motion.JointMotion(turns)
 
 
-def flight(
-    robot: hp.Robot, loads: tuple[hp.Payload | hp.Push, ...] = (), gravity: float = 0.0
-) -> hp.Trace:
-    motion = waving(robot)
+def test_a_push_on_a_falling_robot_that_moves_its_legs() -> None:
+    """The centre of mass in closed form, torques by Pinocchio: the push in them where it acts."""
+    force, torque = np.array([3.0, -2.0, 1.0]), np.array([0.02, 0.05, -0.03])
+    robot, motion, link, model = ROBOT, waving(), "lf_tibia", ROBOT.model
     angle, rate = motion_at(motion.plan(robot, 1.0), 0.0)
     turn = pin.Quaternion(pin.rpy.rpyToMatrix(0.3, -0.2, 0.9)).coeffs()
     v = np.concatenate([[0.1, -0.2, 0.3, 0.8, -0.5, 1.2], rate])
-    start = robot.check_state(np.concatenate([[0.0, 0.0, 5.0], turn, angle]), v)
-    scene = hp.Scene(robot, prescribed=True, loads=loads, gravity=(0.0, 0.0, gravity))
-    how = {"method": "dop853", "accuracy": 1e-12, "sample": 1e-3}
-    return hp.simulate(scene, motion, duration=0.3, initial=start, **how)
-
-
-def momentum(model: pin.Model, trace: hp.Trace) -> Array:
-    data = model.createData()
-    rows = zip(trace.q, trace.v, strict=True)
-    return np.array([pin.computeCentroidalMomentum(model, data, q, v).vector for q, v in rows])
-
-
-def test_legs_that_move_in_free_flight_keep_the_momentum(robot: hp.Robot) -> None:
-    """No gravity, no ground: whatever the legs do, all six stay; 1e-9 of N s and N m s."""
-    loads = (hp.Payload("lf_tibia", 0.5, (0.01, 0.0, -0.02)),)
-    trace = flight(robot, loads)
-    model = loaded_model(hp.Scene(robot, loads=loads))
-    found = momentum(model, trace)
-    assert np.abs(found - found[0]).max() < 1e-9
-    assert np.abs(found[0]).min() > 1e-3
-    turning = trace.v[:, 3:6] - trace.v[0, 3:6]
-    assert np.abs(turning).max() > 0.1  # the trunk does not: the legs turn it
-    kinetic = trace.energy["kinetic"] - trace.energy["kinetic"][0]
-    assert kinetic == pytest.approx(trace.energy["servo_work"], abs=1e-8)
-
-
-def test_a_push_on_a_falling_robot_that_moves_its_legs(robot: hp.Robot) -> None:
-    """The centre of mass in closed form, torques by Pinocchio: the push in them where it acts."""
-    force, torque = np.array([3.0, -2.0, 1.0]), np.array([0.02, 0.05, -0.03])
-    link = "lf_tibia"
+    begin = robot.check_state(np.concatenate([[0.0, 0.0, 5.0], turn, angle]), v)
     push = hp.Push(link, force=force, torque=torque, start=0.0, duration=1.0)
-    trace = flight(robot, (push,), gravity=-9.81)
-    start = momentum(robot.model, trace)[0, :3] / robot.total_mass
+    how = {"method": "dop853", "accuracy": 1e-12, "sample": 1e-3, "initial": begin}
+    trace = hp.simulate(hp.Scene(robot, prescribed=True, loads=[push]), motion, duration=0.3, **how)
+    found = pin.computeCentroidalMomentum(model, model.createData(), trace.q[0], trace.v[0])
+    start = found.linear / robot.total_mass
     t = trace.time[:, None]
     fall = np.array([0.0, 0.0, -9.81]) + force / robot.total_mass
     assert trace.com == pytest.approx(trace.com[0] + start * t + 0.5 * fall * t**2, abs=1e-9)
     for k in range(10, len(trace.time) - 1, 30):
-        wanted = reaction(robot, trace, k, link, np.concatenate([force, torque]))
+        wanted = reaction(trace, k, link, np.concatenate([force, torque]))
         assert trace.torque[k] == pytest.approx(wanted, abs=1e-6)
     assert np.abs(trace.torque).max() > 0.1
 
 
-def reaction(robot: hp.Robot, trace: hp.Trace, k: int, link: str, wrench: Array) -> Array:
-    model, data = robot.model, robot.model.createData()
-    q, v, at, functions = trace.q[k], trace.v[k], trace.time[k : k + 1], waving(robot).motion
+def reaction(trace: hp.Trace, k: int, link: str, wrench: Array) -> Array:
+    robot, model, data = ROBOT, ROBOT.model, ROBOT.model.createData()
+    q, v, at, functions = trace.q[k], trace.v[k], trace.time[k : k + 1], waving().motion
     joints = [functions[name].acceleration(at, at)[0] for name in robot.joint_names]
     jacobian = pin.computeFrameJacobian(model, data, q, model.getFrameId(link), ALIGNED)
     a = np.concatenate([np.zeros(6), joints])
@@ -228,25 +183,8 @@ def reaction(robot: hp.Robot, trace: hp.Trace, k: int, link: str, wrench: Array)
     return np.asarray(pin.rnea(model, data, q, v, a) - pushed)[6:]
 
 
-def test_a_slope_is_level_ground_with_tilted_gravity(robot: hp.Robot) -> None:
-    """The same walk seen from the slope: torques and normal forces, to the runs' accuracy."""
-    angle = 0.15
-    tilted = (-9.81 * np.sin(angle), 0.0, -9.81 * np.cos(angle))
-    slope = hp.Scene(robot, prescribed=True, terrain=hp.Slope(angle=angle))
-    level = hp.Scene(robot, prescribed=True, gravity=tilted)
-    walk = hp.KinematicControl(hp.Gait.tripod(stroke=0.05, cycle_time=0.8))
-    uphill, wanted = (
-        hp.simulate(s, walk, duration=0.8, accuracy=1e-9, method="ndf", sample=0.01)
-        for s in (slope, level)
-    )
-    assert uphill.torque == pytest.approx(wanted.torque, abs=1e-3)
-    assert np.abs(wanted.torque).max() > 0.5
-    along = uphill.q[:, :3] @ [np.cos(angle), 0.0, np.sin(angle)]
-    assert along == pytest.approx(wanted.q[:, 0], abs=1e-7)
-
-
-def test_motor_turns_its_rotor_and_its_friction(robot: hp.Robot) -> None:
-    """Torque of a joint in the air: what a rotor and friction add, in closed form."""
+def test_motor_turns_its_rotor_and_its_friction() -> None:
+    robot = ROBOT
     motion = hp.motion.JointMotion(
         {"lf_femur_joint": hp.motion.Sum(terms=(-0.6, hp.motion.Sine(amplitude=0.1, period=0.5)))}
     )
@@ -265,7 +203,8 @@ def test_motor_turns_its_rotor_and_its_friction(robot: hp.Robot) -> None:
     assert np.abs(difference - added[moving]).max() < 0.02 * np.abs(added).max()
 
 
-def test_what_cannot_be_prescribed_is_refused(robot: hp.Robot) -> None:
+def test_what_cannot_be_prescribed_is_refused() -> None:
+    robot = ROBOT
     scene = hp.Scene(robot, prescribed=True)
     jumps = hp.motion.SampledTrajectory([0.0, 0.1], np.tile(robot.posture, (2, 1)), limited=False)
     with refused(ParameterError, "Scene.prescribed", True, about=("set-points",)):

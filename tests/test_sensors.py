@@ -38,7 +38,6 @@ def errors(sensors: hp.sensors.Sensors, name: str, ticks: int, cases: range) -> 
 
 @pytest.mark.parametrize("name", VECTORS)
 def test_noise_is_normal_with_the_stated_deviation(name: str):
-    """Mean and deviation within 5 standard errors; the distribution by Kolmogorov's test."""
     sensors = hp.sensors.Sensors(**{name: hp.sensors.Sensor(noise=0.02)})
     found = errors(sensors, name, 500, range(8)).ravel() / 0.02
     assert abs(found.mean()) < 5 / np.sqrt(found.size)
@@ -112,7 +111,6 @@ def bits(measurement: hp.feedback.Measurement, row: int) -> bytes:
 
 
 def test_same_bits_for_any_company_and_for_a_cut():
-    """Case 5 alone, among 7 in another order, among 64, and from a new reader at every tick."""
     rough = dict.fromkeys(QUANTITIES, hp.sensors.Sensor(noise=0.03, bias=0.1, quantisation=1e-3))
     sensors, truth = (
         hp.sensors.Sensors(**rough, loaded_threshold=1.0, seed=2),
@@ -132,7 +130,6 @@ def test_same_bits_for_any_company_and_for_a_cut():
 
 
 def test_loaded_follows_the_force_as_read():
-    """Without a threshold it stays the simulator's word, whatever the noise."""
     force = np.zeros((1, 6, 3))
     force[0, :3] = [[3.0, 0.0, 4.0], [0.0, 0.0, -5.2], [0.0, 0.0, 4.9]]  # sizes 5, 5.2, 4.9
     truth = replace(still(1), foot_force=force)

@@ -15,7 +15,7 @@ from studies.foot_control.standing_growth import STAND, Stand
 
 import hexapod_pin as hp
 from hexapod_pin.control.foot_control.controller import FootControl
-from hexapod_pin.control.foot_control.linear_law import NEUTRAL, LinearLoop
+from hexapod_pin.control.foot_control.linear_law import NEUTRAL
 from hexapod_pin.control.foot_control.parameters import ForceTargets, SlipPid, VirtualSuspension
 from hexapod_pin.control.foot_control.stability import (
     linear_law,
@@ -27,13 +27,7 @@ from hexapod_pin.control.foot_control.stability import (
 )
 from hexapod_pin.control.foot_control.stance_model import StanceModel
 from hexapod_pin.errors import ParameterError, UnknownNameError
-from hexapod_pin.ground.contact import Contact, KelvinVoigt, StickSlip
-
-SOFT = Contact(
-    normal=KelvinVoigt(stiffness=2e4, damping=40.0),
-    friction=StickSlip(mu=0.7, stiffness=2e4, damping=60.0),
-)
-"""Linear, so that its slopes are its parameters."""
+from hexapod_pin.ground.contact import Contact
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +43,6 @@ def short_runs(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.parametrize("name", ["kharagpur", "athena"])
 def test_static_forces_carry_the_weight(name: str) -> None:
-    """Balance of force and moments, and of every joint, by Pinocchio's Newton-Euler."""
     scene = hp.Scene(hp.load_robot(name))
     model, stance = scene.robot.model, StanceModel.of(scene)
     needed = pin.rnea(model, model.createData(), scene.robot.stand().q, np.zeros(24), np.zeros(24))
@@ -57,29 +50,6 @@ def test_static_forces_carry_the_weight(name: str) -> None:
     given[6:] += stance.torque
     assert given == pytest.approx(needed, abs=1e-9 * needed[2])
     assert stance.load.sum() == pytest.approx(9.81 * scene.robot.total_mass, rel=1e-12)
-
-
-def test_modes_are_those_of_the_core() -> None:
-    """The free decay of a pushed robot, held servos, against exp(A t), within 1 %."""
-    scene = hp.Scene(hp.load_robot("kharagpur"), contact=SOFT)
-    how = {"accuracy": 1e-8, "sample": 5e-3}
-    rest = hp.simulate(scene, hp.HoldPosture(), duration=2.0, **how)
-    push = hp.Push("base_link", (0.02, 0.03, 0.0), force=(0.2, 0.1, 0.5), start=0.0, duration=0.05)
-    begin = scene.robot.check_state(rest.q[-1], rest.v[-1])
-    still = hp.simulate(scene, hp.HoldPosture(), duration=0.2, initial=begin, **how)
-    pushed = hp.simulate(
-        replace(scene, loads=[push]), hp.HoldPosture(), duration=0.2, initial=begin, **how
-    )
-    seen = (pushed.v - still.v)[10:]
-    stance = StanceModel.of(scene)
-    loop = LinearLoop.of(stance, 5e-3, 0.0)
-    size = stance.size
-    tick = loop.whole[: 2 * size, : 2 * size]
-    moved = pin.difference(scene.robot.model, still.q[10], pushed.q[10])
-    state = np.concatenate([moved, seen[0]])
-    for row in seen[1:]:
-        state = tick @ state
-        assert state[size:] == pytest.approx(row, abs=0.02 * np.abs(seen).max())
 
 
 def test_a_tick_of_the_suspension_is_that_of_its_equation(kharagpur: hp.Scene) -> None:

@@ -55,7 +55,6 @@ def away_from_kinks(function: MotionFunction, seed: int, margin: float) -> np.nd
     ],
 )
 def test_transitions_are_those_of_adams(kind, form, slope: float, bend: float) -> None:
-    """Value and rate by a complex step through the printed formula; the table's ends and middle."""
     function = kind(**SPAN)
     s = np.random.default_rng(1).uniform(0.0, 1.0, 300)
     value, rate = function.value_and_rate(0.7 + 1.2 * s)
@@ -73,7 +72,6 @@ def test_transitions_are_those_of_adams(kind, form, slope: float, bend: float) -
 
 @pytest.mark.parametrize("ramp_share", [0.25, 0.5])
 def test_the_rate_of_a_velocity_step_is_a_sum_of_adams_steps(ramp_share: float) -> None:
-    """Rate and acceleration of two STEPs of ADAMS up to the plateau and down."""
     function = hp.motion.VelocityStep(**SPAN, ramp_share=ramp_share)
     ramp, level = 1.2 * ramp_share, -0.4 / (1.2 * (1.0 - ramp_share))
     rise = hp.motion.Step(start=0.7, end=0.7 + ramp, initial=0.0, final=level)
@@ -164,7 +162,6 @@ def test_refusals(make, name: str, value: Any, allowed: tuple[float, ...]) -> No
 
 
 def test_toml_round_trip() -> None:
-    """As part of a BodyMotion, which takes every kind of function."""
     for function in EVERY.values():
         body = hp.motion.BodyMotion(pitch=function, height=0.01)
         again = hp.motion.BodyMotion(**read_toml(tomli_w.dumps(body.model_dump(mode="json"))))
