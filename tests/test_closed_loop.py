@@ -132,6 +132,21 @@ def test_lock_step_gives_every_case_its_bits():
     assert not np.array_equal(many[0], many[11])
 
 
+def test_one_that_diverges_leaves_the_others_alone():
+    """A step too long for hard contact blows one case up; its neighbours do not notice."""
+    hard = hp.contact.HuntCrossley(stiffness=1e15, exponent=1.5, dissipation=0.0)
+    friction = hp.contact.TanhCoulomb(mu=0.7, slope=100.0)
+    stiff = hp.Scene(robot(), contact=hp.Contact(normal=hard, friction=friction))
+    how = {"duration": 0.1, "method": "rk4", "step": 2e-4}
+    cases = [Case(scene, Yielding(), **how) for scene in (hp.Scene(robot()), stiff)]
+    runs = lock_step_runs([*cases, cases[0]], cases[0].settings)
+    assert [r.good for r in runs] == [True, False, True]
+    alone = lock_step_runs(cases[:1], cases[0].settings)[0].trace().q
+    assert np.array_equal([runs[0].trace().q, runs[2].trace().q], [alone, alone])
+    with pytest.raises(hp.errors.DivergenceError):
+        runs[1].require_good()
+
+
 def test_a_loop_may_begin_at_the_checkpoint_of_another_run():
     """Ticks before it are missed: the next is at a whole number of periods."""
     before = run(hp.HoldPosture(), 0.012, accuracy=1e-4)
@@ -212,6 +227,7 @@ def test_a_command_moves_all_joints_together_no_faster_than_they_may(scene):
         ({"q": np.full(18, 9.0)}, "Session.command.q[lf_coxa_joint]", 9.0, "rad"),
         ({"v": np.zeros((1, 18))}, "Session.command.v", (1, 18), "(18,)"),
         ({"v": np.full(18, 99.0)}, "Session.command.v[lf_coxa_joint]", 99.0, "rad/s"),
+        ({"ramp": -1.0}, "ramp", -1.0, "[s]"),
         ({"torque": np.full(18, np.inf)}, "Session.command.torque[lf_coxa_joint]", np.inf, "N m"),
     ],
 )

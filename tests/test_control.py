@@ -82,7 +82,7 @@ def test_joint_too_fast_names_it_and_the_shortest_cycle(kharagpur: Robot) -> Non
     with refused(GaitError, quantity="cycle_time", about=("leg lf", joint, fastest)) as caught:
         KinematicControl(Gait.tetrapod(cycle_time=0.3)).plan(robot, 3.0)
     limit = caught.value.limit
-    assert limit is not None and 0.3 < limit < 2.4
+    assert 0.3 < limit < 2.4
     plan = KinematicControl(Gait.tetrapod(cycle_time=1.0001 * limit)).plan(robot, 4 * limit)
     share = np.abs(plan.v / robot.velocity_limit).max()
     assert 0.995 < share < 1.002  # at the limit; the start of a cycle is sampled elsewhere
@@ -99,7 +99,6 @@ def test_joint_limit_names_joint_value_and_range(kharagpur: Robot) -> None:
     with refused(GaitError, quantity="stroke", about=about) as caught:
         KinematicControl(Gait.tetrapod()).plan(narrow, 10.0)
     limit = caught.value.limit
-    assert limit is not None
     # 2 R tan(10 deg) without the overshoot of the swing, which takes up to a tenth.
     assert 0.85 * 2 * 0.20284 * np.tan(np.radians(10)) < limit < 0.0716
     plan = KinematicControl(Gait.tetrapod(stroke=limit)).plan(narrow, 10.0)
@@ -115,7 +114,6 @@ def test_joint_limit_names_joint_value_and_range(kharagpur: Robot) -> None:
         # on the spot there is no stroke to shorten
         ("turn_rate", Gait.tripod(stroke=0.0), -1.5, -0.1, ("turn_rate",)),
     ],
-    ids=["stroke", "lift", "turn_rate"],
 )
 def test_too_much_names_the_leg_and_the_largest(
     kharagpur: Robot, quantity: str, gait: Gait, value: float, least: float, about: tuple[str, ...]
@@ -126,7 +124,7 @@ def test_too_much_names_the_leg_and_the_largest(
     with refused(GaitError, quantity=quantity, about=about) as caught:
         plan(value)
     limit = caught.value.limit
-    assert limit is not None and abs(least) < abs(limit) < abs(value)
+    assert abs(least) < abs(limit) < abs(value)
     plan(0.9999 * limit)
     with pytest.raises(GaitError):
         plan(1.005 * limit)

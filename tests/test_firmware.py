@@ -107,7 +107,6 @@ def test_continuous_equivalent() -> None:
 
 
 def test_dead_band_and_integral() -> None:
-    """An error of the dead band gives no torque and stays; an integral removes that of a load."""
     count = 2.0 * math.pi / 4096
     firmware = loop(counts=4096, dead_band=8, integral=0.0, derivative=0.0)
     inside = run(held(0.0, firmware), driven(firmware), angle=8.0 * count, duration=0.05)

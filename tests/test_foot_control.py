@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from foot_control_runs import recall, robot
+from test_foot_control_parts import PUSHED, loads_on
 
 import hexapod_pin as hp
 from hexapod_pin.control import ArcWalk
@@ -39,6 +40,17 @@ def test_a_cut_changes_no_bit():
         assert recall(np.asarray(memories[0]), "mode").any()
         assert np.array_equal(*memories), cut
         assert np.array_equal(np.concatenate([first.q, second.q[1:]]), whole.q), cut
+
+
+def test_an_update_is_pure():
+    """The same in, the same out; what goes in is left as it was."""
+    control, measured = full(), loads_on("athena", PUSHED)
+    state = control.start(hp.Scene(robot("athena"), terrain=BUMPS), 1)
+    memory, q = state["memory"].copy(), measured.q.copy()
+    first, second = (control.update(0.005, measured, state) for _ in range(2))
+    assert np.array_equal(first[0].q, second[0].q)
+    assert np.array_equal(first[1]["memory"], second[1]["memory"])
+    assert np.array_equal(state["memory"], memory) and np.array_equal(measured.q, q)
 
 
 def test_batches_of_unlike_servos_are_the_single_runs():

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 import pinocchio as pin
 import pytest
-from foot_control_runs import EARLY, SEARCH, Recorded, robot, standing
+from foot_control_runs import EARLY, Recorded, robot, standing
 
 import hexapod_pin as hp
 from hexapod_pin.control import ArcWalk, leg_group
@@ -107,12 +107,3 @@ def test_a_foot_that_meets_the_ground_early_stops_there():
     _, blind = stepped(name, 0.015, None)
     tilt = [np.abs(t.q[(t.time > 2.5) & (t.time < 3.2), 3:5]).max() for t in (trace, blind)]
     assert tilt[0] < 0.5 * tilt[1]
-
-
-def test_a_foot_that_finds_no_ground_searches_for_it():
-    name = "kharagpur"
-    run, trace = stepped(name, -0.015, hp.foot_control.TouchDown())
-    search = np.flatnonzero(run.recalled("mode")[:, LEG] == SEARCH) * 0.005
-    assert search[0] == pytest.approx(LANDING, abs=0.011)
-    assert search[-1] < LANDING + 0.25
-    assert sole(name, trace, 3.4) == pytest.approx(-0.015, abs=0.001)

@@ -328,6 +328,7 @@ def test_weights_are_centred_on_touch_down_and_lift_off() -> None:
         (lambda f: split.holding_forces(*f[:4], WEIGHT, f.cost, -0.1), "mu"),
         (lambda f: split.vertical_split(f.lever, f.weight, np.zeros(3)), "load"),
         (lambda f: split.load_weights(0.1, 0.5, 1.0, 0.0), "transfer"),
+        (lambda f: split.load_weights(0.1, 1.0, 1.0, 0.1), "duty"),
         (lambda f: split.cone_share(f.lever, f.lever, WEIGHT, np.nan), "cone_share.mu"),
     ],
 )

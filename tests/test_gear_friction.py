@@ -75,6 +75,10 @@ def test_an_external_load_by_the_published_formula() -> None:
             for sign in (1.0, -1.0):
                 found = whole.resistance_to(joint, sign * (u - taken), sign * w, sign * e)
                 assert found == pytest.approx(sign * taken, rel=1e-12)
+    # the quadratic part passes smoothly, from 0.9 to 1.1 |u|, where the load begins to prevail
+    gear = hp.drive.GearFriction(motor_quadratic=0.02, load_quadratic=0.05, external_load=True)
+    for load, square in ((1.8, 0.05 * 1.8**2), (2.0, 0.5 * 0.07 * 4.0), (2.2, 0.02 * 4.0)):
+        assert native_gear(gear, 0.0).under_both(2.0, -load, 0.0)[0] == pytest.approx(square)
 
 
 def strong(gear: hp.drive.GearFriction, viscous: float = 0.0) -> hp.Motor:

@@ -182,6 +182,8 @@ def test_refusals_of_a_host() -> None:
         go(Chase(), command_period=0.01)
     with refused(ParameterError, "FirmwareControl.walk"):
         hp.FirmwareControl(hp.FirmwareControl(Chase(), firmware), firmware)
+    with refused(ParameterError, "FirmwareControl.command_period", 0.0):
+        hp.FirmwareControl(Chase(), firmware, command_period=0.0)
     with refused(ParameterError, "FirmwareControl.encoder", "shaft"):
         hp.FirmwareControl(Chase(), firmware, encoder="shaft")
     own = firmware.servo(hp.drive.identified_drive("MX-64").motor(12.0))

@@ -41,7 +41,6 @@ def make(**task: Any) -> hp.rl.WalkEnv:
         {"robot": "athena", "bumps": 0.01, "sensors": NOISY, "observe": ALL_OBSERVED},
         WALK | {"step": 2e-3, "turn_rate": 0.1, "slope": (0.0, 0.1)},
     ],
-    ids=["set-points", "noisy", "gait and fixed step"],
 )
 def test_the_checker_of_gymnasium_finds_nothing(task: dict[str, Any]) -> None:
     with warnings.catch_warnings():
@@ -174,5 +173,6 @@ def test_what_is_no_setting_cannot_walk_or_is_no_action_is_refused() -> None:
         many.step(np.zeros(18))
     with refused(ParameterError, "action"):
         many.step(np.full((2, 18), np.nan))
-    with refused(ParameterError, "WalkVectorEnv.autoreset_mode", "Never"):
-        hp.rl.WalkVectorEnv(autoreset_mode="Never")
+    for name, value in (("num_envs", 0), ("autoreset_mode", "Never")):
+        with refused(ParameterError, f"WalkVectorEnv.{name}", value):
+            hp.rl.WalkVectorEnv(**{name: value})

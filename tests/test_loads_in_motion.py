@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 import pytest
+from method_settings import METHODS
 from refusals import refused
 from studies.cost.mujoco_twin import MujocoTwin
 
@@ -19,12 +19,6 @@ from hexapod_pin.scene.loaded_model import native_loads
 from hexapod_pin.scene.scene import loaded_model
 from hexapod_pin.simulation.plant import native_plant
 from hexapod_pin.validation.checks.maximal_checks import maximal_twin
-
-METHODS = {
-    "extrapolated-euler": {"accuracy": 1e-6}, "ndf": {"accuracy": 1e-8},
-    "dop853": {"accuracy": 1e-8}, "robust": {"step": 5e-4}, "implicit-euler": {"step": 5e-4},
-    "rk4": {"step": 2e-5},
-}  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -178,7 +172,6 @@ def test_the_robots_own_model_is_left_alone(robot: hp.Robot) -> None:
 
 
 def test_loads_in_the_cores_terms(robot: hp.Robot) -> None:
-    """A push on a link fixed to the tibia acts on the tibia's joint, 98.79 mm down its x axis."""
     push = hp.Push("rr_foot", (0.0, 0.01, 0.0), force=(1.0, 2.0, 3.0), start=0.1, duration=0.25)
     scene = hp.Scene(robot, loads=[push, BOX, hp.LostLeg("rm", 2.0)])
     found = native_loads(scene.robot, scene.settings)
@@ -202,7 +195,7 @@ def test_loads_in_the_cores_terms(robot: hp.Robot) -> None:
         (lambda: hp.Push("a", force=(0, 0, 1), start=0.0, duration=0.0), "Push.duration"),
     ],
 )
-def test_impossible_numbers_are_refused_by_name(build: Callable[[], object], name: str) -> None:
+def test_impossible_numbers_are_refused_by_name(build, name: str) -> None:
     with refused(ParameterError, name):
         build()
 

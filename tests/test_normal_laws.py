@@ -101,6 +101,8 @@ def test_hertz_stiffness_of_the_assumed_rubber_foot() -> None:
     assert float(NORMAL["hertz"].force(0.49e-3)) == pytest.approx(13.5, rel=1e-2)
     assert hp.contact.Restitution.hertz(**rubber, restitution=0.3) == hp.Contact.accurate().normal
     assert hp.contact.HuntCrossley.hertz(**rubber, dissipation=20.0) == hp.Contact.s1().normal
+    with refused(ParameterError, "young", 0.0):
+        hertz_stiffness(**{**rubber, "young": 0.0})
     with refused(ParameterError, "poisson", 0.6):
         hertz_stiffness(**{**rubber, "poisson": 0.6})
 

@@ -21,7 +21,7 @@ from hexapod_pin.control.leg_group import leg_group
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.results.stability import MARGINS
 from hexapod_pin.results.stability_margins import horizontal_axes, nesm
-from hexapod_pin.robot.static_margins import longitudinal_margins, static_margin
+from hexapod_pin.robot.static_margins import longitudinal_margins, static_margin, support_polygon
 
 RADIUS, HEIGHT = 0.3, 0.1  # of the synthetic trace's hexagon of feet, and of its centre of mass
 APOTHEM = RADIUS * math.sqrt(3.0) / 2.0
@@ -120,6 +120,8 @@ def test_triangle_closed_forms() -> None:
 
 def test_too_few_points() -> None:
     """None: no support; one and two: minus the distance; on a line beyond its ends too."""
+    assert len(support_polygon([[1.0, 2.0], [1.0, 2.0]])) == 1
+    assert len(support_polygon(np.vstack([SQUARE, 0.5 * SQUARE, [[1.0, 0.0]]]))) == 4
     assert static_margin(np.zeros((0, 2)), [0.0, 0.0]) == -np.inf
     assert static_margin([[3.0, 4.0]], [0.0, 0.0]) == pytest.approx(-5.0, abs=ROUND_OFF)
     pair = np.array([[-1.0, -1.0], [1.0, 1.0]])
@@ -143,6 +145,7 @@ def test_feet_in_the_air_do_not_count() -> None:
         pair = np.array([ahead[k], behind[k]])
         assert pair == pytest.approx(np.array(one), abs=1e-10)  # crossings may be shallow
     assert together[0] == ahead[0] == behind[0] == -np.inf
+    assert (static_margin(points, com, np.zeros_like(down)) == -np.inf).all()
 
 
 def test_longitudinal_margins_of_a_rectangle() -> None:

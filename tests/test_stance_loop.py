@@ -67,19 +67,6 @@ def test_a_tick_of_the_suspension_is_that_of_its_equation(kharagpur: hp.Scene) -
         assert np.abs(one - expected).min() < 1e-6
 
 
-@pytest.mark.parametrize("preset", ["accurate", "s2"])
-def test_what_is_neutral_is_not_unstable(preset: str) -> None:
-    """Integrals of directions that no force reaches, and a trunk that creeps, stay at 1."""
-    scene = hp.Scene(hp.load_robot("athena"), contact=Contact.preset(preset))
-    control = FootControl(STAND, slip=SlipPid(), levelling=hp.foot_control.Levelling())
-    loop = stance_loop(control, scene)
-    values = np.linalg.eigvals(loop.matrix(linear_law(control, scene, loop.stance)))
-    near = np.abs(values - 1.0)
-    assert np.count_nonzero(near < NEUTRAL) >= 9
-    assert near[near < NEUTRAL].max() < 0.1 * NEUTRAL
-    assert spectral_radius(control, scene) < 1.0
-
-
 @pytest.mark.usefixtures("short_runs")
 def test_simulation_grows_beyond_the_border_alone() -> None:
     """At 0.9 of the border it decays, at 1.1 it grows at the predicted rate."""
@@ -106,7 +93,7 @@ def test_borders_beside_force_targets_are_those_of_the_simulation() -> None:
 
 
 def test_two_slow_drifts_are_not_shaking() -> None:
-    """Beside targets from which forces deviate both ways feet creep on S1's contact."""
+    """Beside two-sided targets feet creep on S1's contact: a pair of 5000 s is neutral."""
     scene = hp.Scene(hp.load_robot("kharagpur"), contact=Contact.s1())
     aim = ForceTargets(sole="contact", deviation="target")
     control = FootControl(hp.Gait.tripod(), slip=SlipPid(), force_targets=aim)

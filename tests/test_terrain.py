@@ -106,10 +106,12 @@ def clearance(points: object, radii: object = 0.0) -> float:
         (field, [["a", 0.0], [0.0, 0.0]], "HeightField.z", ""),
         (field, [[0.0, 0.0], [0.0, math.nan]], "HeightField.z[1, 1]", "nan"),
         (field, [[0.0, 0.0, 0.2], [0.0, 0.0, 0.2]], "HeightField.z[0, 1]", "63.4 deg"),
-        (lambda z: hp.HeightField.random(1, wavelength=z), 0.0, None, ""),
+        (lambda z: hp.HeightField.random(1, wavelength=z), 0.0, "wavelength", ""),
+        (lambda z: hp.HeightField.random(1, amplitude=z), -1.0, "amplitude", ""),
         (lambda z: hp.HeightField.random(1, wavelength=z), 1e-5, None, ""),
         (clearance, [[0, 0, math.nan]], "points[0, 2]", ""),
         (clearance, [[0, 0, "x"]], "Ground.clearance.points", ""),
+        (clearance, [[0, 0]], "points", "(N, 3)"),
         (lambda z: clearance([[0, 0, 0]], z), [1.0, 2.0], "radii", ""),
     ],
 )  # fmt: skip
