@@ -83,6 +83,11 @@ def test_orientation_stays_a_rotation_and_turns_in_trunk_axes():
     found = np.array(vectors).reshape(-1, 3) / noise
     assert np.abs(found.mean(axis=0)).max() < 5 / np.sqrt(len(found))
     assert np.abs(found.std(axis=0) - 1).max() < 5 / np.sqrt(2 * len(found))
+    quarter = Rotation.from_euler("z", 90, degrees=True).as_matrix()[None]
+    biased = hp.sensors.Sensors(rotation=hp.sensors.Sensor(bias=0.1))
+    body = biased.start([0]).read(0, still(1)).rotation[0]
+    seen = biased.start([0]).read(0, replace(still(1), rotation=quarter)).rotation[0]
+    np.testing.assert_allclose(seen, quarter[0] @ body, atol=1e-15)
 
 
 @pytest.mark.parametrize(("truth", "rounded"), [(0.26, 0.3), (-0.26, -0.3), (0.24, 0.2)])
