@@ -133,7 +133,6 @@ def test_lock_step_gives_every_case_its_bits():
 
 
 def test_one_that_diverges_leaves_the_others_alone():
-    """A step too long for hard contact blows one case up; its neighbours do not notice."""
     hard = hp.contact.HuntCrossley(stiffness=1e15, exponent=1.5, dissipation=0.0)
     friction = hp.contact.TanhCoulomb(mu=0.7, slope=100.0)
     stiff = hp.Scene(robot(), contact=hp.Contact(normal=hard, friction=friction))

@@ -176,7 +176,6 @@ def test_internal_forces_have_no_resultant_and_no_moment(name):
 
 @every_robot
 def test_forces_in_proportion_to_the_loads_are_not_internal(name):
-    """They push the trunk ahead or turn it; those of two feet that squeeze it wholly are."""
     load = np.array([3.0, 5.0, 4.0, 6.0, 8.0, 7.0])
     feet = leg_group(robot(name)).neutral_feet
     arm = feet - load @ feet / load.sum()

@@ -92,7 +92,6 @@ def same(first: Any, second: Any) -> None:
 
 
 def test_a_planned_gait_walks_at_the_commanded_speed_and_earns_what_is_documented() -> None:
-    """Offsets of zero; half to all of the gait's speed is its pace. The terms add up."""
     env = make(**WALK, speed=(0.06, 0.12), duration=4.0)
     _, drawn = env.reset(seed=1)
     returned, over, steps = 0.0, False, 0
@@ -128,9 +127,10 @@ def test_an_invalid_state_ends_an_episode(monkeypatch: pytest.MonkeyPatch) -> No
     env.reset(seed=0)
     monkeypatch.setattr(type(env.walker.task.settings), "evaluations", 300.0)
     env.reset(seed=0)
-    terminated = False
-    while not terminated:
+    for _ in range(100):
         seen, reward, terminated, _, info = env.step(np.full(18, 0.5))
+        if terminated:
+            break
     assert info["invalid"] and not info["fell"] and np.isfinite(seen).all()
     assert math.isfinite(reward) and info["reward_fall"] == -1.0
 

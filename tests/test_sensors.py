@@ -23,7 +23,6 @@ NOISY = hp.sensors.Sensors(
 
 
 def still(batch: int, value: float = 0.0, turned: bool = False) -> hp.feedback.Measurement:
-    """A robot with six legs, all of whose vectors have the components `value`."""
     level = reading("kharagpur", batch=batch, loaded=np.ones((batch, 6), dtype=bool))
     turns = Rotation.random(batch, random_state=3).as_matrix() if turned else level.rotation
     values = {name: np.full_like(getattr(level, name), value) for name in VECTORS}

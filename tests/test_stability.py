@@ -52,7 +52,6 @@ def test_hexagon_closed_forms() -> None:
 
 
 def test_lifted_foot_cuts_a_corner() -> None:
-    """Without the foot ahead, the side between its neighbours is half a radius ahead."""
     trace = synthetic_trace()
     force = np.array(trace.foot_force)
     force[150:, 0] = 0.0  # the foot on the x axis, from 1.5 s on
@@ -119,7 +118,6 @@ def test_triangle_closed_forms() -> None:
 
 
 def test_too_few_points() -> None:
-    """None: no support; one and two: minus the distance; on a line beyond its ends too."""
     assert len(support_polygon([[1.0, 2.0], [1.0, 2.0]])) == 1
     assert len(support_polygon(np.vstack([SQUARE, 0.5 * SQUARE, [[1.0, 0.0]]]))) == 4
     assert static_margin(np.zeros((0, 2)), [0.0, 0.0]) == -np.inf
