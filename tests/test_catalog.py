@@ -16,46 +16,25 @@ CATALOG = hp.load_catalog()
 
 
 def test_rows_and_values_of_the_catalogue() -> None:
-    """Ninety rows of 45 models, each with its source; AX-12A as in the ROBOTIS e-Manual."""
+    """Each row has its source, each price a currency, a day and a source; AX-12A as published."""
     record = CATALOG.get("ax-12a")
-    assert record.name == "AX-12A at 12 V"
-    assert record.stall_torque == 1.5
+    assert (record.name, record.stall_torque) == ("AX-12A at 12 V", 1.5)
     assert record.no_load_speed == pytest.approx(59 * 2 * 3.14159265 / 60, rel=1e-5)
     assert (record.mass, record.gear_ratio, record.stall_current) == (0.0546, 254.0, 1.5)
     assert (record.price, record.rated_torque, record.winding_resistance) == (None, None, None)
-    assert (len(CATALOG), len(CATALOG.models)) == (90, 45)
-    assert len({record.name for record in CATALOG}) == 90
+    assert (len(CATALOG), len({record.name for record in CATALOG})) == (90, 90)
     assert all(record.source for record in CATALOG)
     assert all(r.armature_source for r in CATALOG if r.armature is not None)
-    speeds = [record.no_load_speed for record in CATALOG if record.no_load_speed]
-    assert (min(speeds), max(speeds)) == (2.8274, 47.7522)  # XL330-M077: 77.5 : 1
-    wanted = set(
-        """LX-16A LX-224 DS3218 DS3225 MG996R HS-645MG XL330-M288 XL330-M077 XC330-M288
-        XC330-M181 XC330-T288 XC330-T181 XL430-W250 STS3032 STS3215 STS3215-C018 SCS15 AX-12A AK80-6
-        AK80-9""".split()
-    )
-    assert wanted <= set(CATALOG.models)
-
-
-def test_buses_prices_and_their_sources() -> None:
-    """A price has a currency, a day and a source; a bus is one of four, unknown of one model."""
-    buses = {name for record in CATALOG for name in record.buses}
-    assert buses == {"TTL", "RS-485", "PWM", "CAN"}
-    assert {r.model for r in CATALOG if not r.buses} == {"HerkuleX DRS-0201"}
-    assert CATALOG.get("MX-64", 12.0).buses == ("TTL", "RS-485")
     priced = [record for record in CATALOG if record.price is not None]
-    assert len(priced) == 21
-    assert all((r.currency, r.price_date) == ("USD", "2026-10-01") for r in priced)
-    assert all(record.price_source for record in priced)
+    assert all(r.currency == "USD" and r.price_date and r.price_source for r in priced)
+    assert CATALOG.get("MX-64", 12.0).buses == ("TTL", "RS-485")
+    assert {name for r in CATALOG for name in r.buses} == {"TTL", "RS-485", "PWM", "CAN"}
 
 
 def test_flaws_of_rows_are_reported() -> None:
     """Eight rows imply an efficiency above one; others lack speed or mass; MG996R is uncertain."""
     flagged = {r.name: r for r in CATALOG if any("inconsistent" in flag for flag in r.flags)}
-    assert set(flagged) == {
-        "XC330-T181 at 9 V", "XC430-W150 at 9 V", "XC430-W150 at 11.1 V", "XC430-W150 at 12 V",
-        "XL330-M077 at 3.7 V", "XL330-M077 at 5 V", "XL330-M077 at 6 V", "XC330-M181 at 3.7 V",
-    }  # fmt: skip
+    assert len(flagged) == 8
     worst = flagged["XC430-W150 at 12 V"]
     assert worst.implied_efficiency == pytest.approx(1.6 / 1.4 * 11.1003 / 12, rel=1e-12)
     assert "1.06" in worst.flags[0]
@@ -75,9 +54,7 @@ def test_flaws_of_rows_are_reported() -> None:
     ("numbers", "name", "about"),
     [
         ({"stall_torque": 4100.0, "mass": 0.082}, "stall_torque", "4100 N mm"),
-        ({"stall_torque": 25.0, "mass": 0.06}, "stall_torque", "25 kgf cm"),
         ({"stall_torque": 4.1, "mass": 82.0}, "stall_torque", "82 g"),
-        ({"stall_torque": 4.1, "mass": 1e5}, "stall_torque", "Check its unit"),
         ({"stall_torque": 4.1, "no_load_speed": 110.0}, "no_load_speed", "11.5 rad/s"),
     ],
 )
@@ -92,26 +69,17 @@ def test_a_number_in_another_unit_is_refused(
 
 
 def test_motor_is_the_line_of_the_row() -> None:
-    """At half the no-load speed and 0.9 of the voltage: (0.9 - 0.5) of the stall torque.
-
-    Currents do not touch the line, and a servo takes the motor for all joints.
-    """
+    """Currents do not touch the line."""
     record = CATALOG.get("AX-12A")
     motor = record.motor(0.9)
     assert (motor.stall_torque, motor.no_load_speed) == (1.5, 6.1785)
-    half = motor.no_load_speed / 2
-    line = motor.voltage_ratio * motor.stall_torque - motor.stall_torque * half / 6.1785
-    assert line == pytest.approx(0.6, rel=1e-12)
-    assert motor.gear_ratio == 254.0
+    assert (motor.voltage_ratio, motor.gear_ratio) == (0.9, 254.0)
     assert motor.armature == pytest.approx(record.joint_armature, rel=1e-12)
     record = CATALOG.get("XC430-W150", 12.0)
     other = record.model_copy(update={"stall_current": 100.0, "torque_constant": 1.0})
     driven = other.motor(0.8)
     assert driven.torque_constant == 1.0  # for the currents that a run can record
     assert driven.model_copy(update={"torque_constant": None}) == record.motor(0.8)
-    robot = hp.load_robot("kharagpur")
-    servo = hp.Servo.for_robot(robot).model_copy(update={"motor": CATALOG.get("MG996R").motor()})
-    assert {motor.stall_torque for motor in servo.motors(robot) if motor} == {1.079}
 
 
 def test_armature_is_published_or_estimated() -> None:
@@ -156,10 +124,7 @@ def test_names_and_voltages() -> None:
     with refused(ParameterError, "voltage", 7.4, allowed=(10.0, 14.8)):
         CATALOG.supplied("XM430-W350", 7.4)
     found = hp.load_catalog().at(24.0)
-    assert {row.name for row in found} == {
-        "XH540-V150 at 24 V", "XH540-V270 at 24 V", "XH430-V210 at 24 V", "XH430-V350 at 24 V",
-        "AK80-6 at 24 V", "AK80-9 at 24 V",
-    }  # fmt: skip
+    assert len(found) == 6 and all(row.voltage == 24.0 for row in found)
     with refused(ParameterError, "voltage", 13.37, allowed=(12.0, 14.8, 24.0)):
         hp.load_catalog().at(13.37)
 
@@ -180,8 +145,7 @@ def test_derating() -> None:
     assert mine.continuous_torque(CATALOG.get("AX-12A")) == 0.75
 
 
-@pytest.mark.parametrize("field", ["peak", "continuous", "voltage"])
-@pytest.mark.parametrize("value", [0.0, -0.1, 1.1, float("nan")])
+@pytest.mark.parametrize(("field", "value"), [("peak", 0.0), ("voltage", 1.1)])
 def test_derating_is_a_share(field: str, value: float) -> None:
     with refused(ParameterError, f"Derating.{field}", value):
         hp.sizing.Derating(**{field: value})
@@ -191,10 +155,8 @@ def test_the_catalogue_is_written_and_shown(tmp_path: Path) -> None:
     """Every record to the bit; the table of docs/motors.md is that of the package's file."""
     page = (Path(__file__).parents[1] / "docs" / "motors.md").read_text(encoding="utf-8")
     assert page.endswith(f"\n\n{CATALOG.table()}\n")
-    table = CATALOG.table().splitlines()
-    assert len(table) == 47
     numbers = "11.1 / 12 / 14.8 | 5.5 / 6 / 7.3 | 6.07 / 6.6 / 8.17 |  | 135 | 12 |  |  |"
-    assert f"| MX-64 | TTL/RS-485 | {numbers}" in table
+    assert f"| MX-64 | TTL/RS-485 | {numbers}" in page.splitlines()
     path = CATALOG.save(tmp_path / "mine.csv")
     again = hp.load_catalog(path)
     assert again.records == CATALOG.records
@@ -205,7 +167,6 @@ def test_the_catalogue_is_written_and_shown(tmp_path: Path) -> None:
 
 
 # a user's file --------------------------------------------------------------------------------
-
 
 HEADER = "model,voltage_V,stall_torque_Nm,no_load_speed_rad_s,mass_kg"
 GOOD = "A,12,1.5,6.0,0.05"
@@ -243,52 +204,43 @@ def test_how_spreadsheets_write_files(tmp_path: Path) -> None:
     (record,) = hp.load_catalog(path)
     assert (record.model, record.no_load_speed) == ("A", 6.0)
     assert record.flags == ("no stall current is known", "no source is known")
-    (record,) = hp.load_catalog(_write(tmp_path, HEADER, "A,12,1.5,,"))
-    assert (record.no_load_speed, record.mass) == (None, None)
-    assert record.unusable is not None
 
 
-BAD_ROWS = [
-    ("A,12,-1.5,6,0.05", "stall_torque_Nm", -1.5, ("0",)),
-    ("A,12,0,6,0.05", "stall_torque_Nm", 0.0, ("0",)),
-    ("A,12,strong,6,0.05", "stall_torque_Nm", "strong", ()),
-    ('A,12,"1,5",6,0.05', "stall_torque_Nm", "1,5", ("decimal",)),
-    ("A,12,nan,6,0.05", "stall_torque_Nm", "nan", ("finite",)),
-    ("A,12,1.5,inf,0.05", "no_load_speed_rad_s", "inf", ("finite",)),
-    ("A,12,1.5,6,1e999", "mass_kg", "1e999", ("finite",)), ("A,,1.5,6,0.05", "voltage_V", "", ()),
-    ("A,12,,6,0.05", "stall_torque_Nm", "", ()), (",12,1.5,6,0.05", "model", "", ()),
-    ("A,12,1.5,6", "", "4 cells", ("5",)), ("A,12,1.5,6,0.05,7", "", "6 cells", ("5",)),
-]  # fmt: skip
+MORE = (
+    f"{HEADER},voltage_min_V,voltage_max_V,rated_torque_mNm,armature_kgm2,armature_source,"
+    "price,currency,no_load_speed_rpm"
+)
+FAULTS = [  # the file, and line, column and value of its one fault with what its message says
+    ((HEADER, "B,12,1.5,6,0.05", "A,12,-1.5,6,0.05"), 3, "stall_torque_Nm", -1.5, ("0",)),
+    ((HEADER, 'A,12,"1,5",6,0.05'), 2, "stall_torque_Nm", "1,5", ("decimal",)),
+    ((HEADER, "A,12,1.5,6,1e999"), 2, "mass_kg", "1e999", ("finite",)),
+    ((HEADER, "A,12,,6,0.05"), 2, "stall_torque_Nm", "", ()),
+    ((HEADER, "A,12,1.5,6"), 2, "", "4 cells", ("5",)),
+    ((MORE, f"{GOOD},9,11,,,,,,"), 2, "voltage_V", 12.0, ("voltage_min", "9", "voltage_max", "11")),
+    ((MORE, f"{GOOD},,,1600,,,,,"), 2, "rated_torque_mNm", pytest.approx(1600.0), ("1.5",)),
+    ((MORE, f"{GOOD},,,,0.01,,,,"), 2, "armature_source", "", ()),
+    ((MORE, f"{GOOD},,,,,,10,,"), 2, "currency", "", ()),
+    ((MORE, f"{GOOD},,,,,,,,60"), 2, "no_load_speed_rpm", 60.0, ("no_load_speed_rad_s", "57.3")),
+    ((HEADER.replace(",mass_kg", ""), GOOD), 1, "mass_kg", "", ("mass_g",)),
+    ((HEADER.replace("_kg", "_lb"), GOOD), 1, "mass_lb", "mass_lb", ("mass_kg", "mass_g")),
+    ((f"{HEADER},mass_kg", GOOD), 1, "mass_kg", "mass_kg", ()),
+    ((f"{HEADER},makr", GOOD), 1, "makr", "makr", ("Perhaps maker", "`note`")),
+    ((HEADER.replace(",", ";"), GOOD), 1, "", ANY, ("semicolons", "commas")),
+    ((HEADER,), 1, "", "no rows", ()),
+    (("",), 1, "", "", ()),
+    ((HEADER, '"A,12'), 2, "", ANY, ("comma-separated",)),
+    (("model\0,voltage_V",), 0, "", "NUL bytes", ()),
+]
 
 
-@pytest.mark.parametrize(("row", "column", "value", "about"), BAD_ROWS, ids=str)
-def test_bad_row(tmp_path, row, column, value, about):
-    """One message: file, line, column, value, what is allowed."""
-    path = _write(tmp_path, HEADER, GOOD.replace("A", "B"), row)
-    fault = {"line": 3, "column": column, "value": value}
-    with refused(CatalogError, source=str(path), about=(str(path), "3", *about), **fault) as caught:
+@pytest.mark.parametrize(("lines", "line", "column", "value", "about"), FAULTS)
+def test_bad_file(tmp_path, lines, line, column, value, about):
+    """One message: file, line, column, value in the units of the file, what is allowed."""
+    path = _write(tmp_path, *lines)
+    fault = {"source": str(path), "line": line, "column": column, "value": value}
+    with refused(CatalogError, about=(str(path), *about), **fault) as caught:
         hp.load_catalog(path)
     assert len(caught.value.faults) == 1
-
-
-MORE = "voltage_min_V,voltage_max_V,rated_torque_mNm,armature_kgm2,armature_source,price,currency"
-BAD_TOGETHER = [
-    ("9,11,,,,,", "voltage_V", 12.0, ("voltage_min", "9", "voltage_max", "11")),
-    ("13,,,,,,", "voltage_V", 12.0, ("voltage_min", "13")),
-    (",,1600,,,,", "rated_torque_mNm", 1600.0, ("1.5",)), (",,,0.01,,,", "armature_source", "", ()),
-    (",,,-0.01,me,,", "armature_kgm2", -0.01, ("0",)), (",,,,,10,", "currency", "", ()),
-    (",,,,,-10,EUR", "price", -10.0, ("0",)),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("cells", "column", "value", "about"), BAD_TOGETHER, ids=str)
-def test_columns_that_contradict(tmp_path, cells, column, value, about):
-    """In the units of the file: 1600 mN m of a motor that stalls at 1.5 N m."""
-    path = _write(tmp_path, f"{HEADER},{MORE}", f"{GOOD},{cells}")
-    wanted = pytest.approx(value) if isinstance(value, float) else value
-    fault = {"line": 2, "column": column, "value": wanted}
-    with refused(CatalogError, source=str(path), about=about, **fault):
-        hp.load_catalog(path)
 
 
 def test_all_bad_rows_are_reported_at_once(tmp_path: Path) -> None:
@@ -303,62 +255,9 @@ def test_all_bad_rows_are_reported_at_once(tmp_path: Path) -> None:
     assert "2" in twice.hint.split()
 
 
-BAD_HEADERS = [
-    (
-        "model,voltage_V,stall_torque_Nm,mass_kg",
-        "no_load_speed_rad_s", "", ("no_load_speed_rpm", "no_load_speed_deg_s"),
-    ),
-    (HEADER.replace("_Nm", ""), "stall_torque", "stall_torque", ("stall_torque_Nm",)),
-    (HEADER.replace("_kg", "_lb"), "mass_lb", "mass_lb", ("mass_kg", "mass_g")),
-    (f"{HEADER},mass_kg", "mass_kg", "mass_kg", ()),
-    (HEADER.replace(",", ";"), "", ANY, ("semicolons", "commas")),
-    (HEADER.replace(",", "\t"), "", ANY, ("tabs",)),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize(("header", "column", "value", "about"), BAD_HEADERS)
-def test_bad_header(tmp_path, header, column, value, about):
-    path = _write(tmp_path, header, GOOD)
-    with refused(CatalogError, source=str(path), line=1, column=column, value=value, about=about):
-        hp.load_catalog(path)
-
-
-@pytest.mark.parametrize(
-    ("column", "hinted"), [("makr", {"maker", "`note`"}), ("shop", {"`note`"})]
-)
-def test_unknown_column(tmp_path: Path, column: str, hinted: set[str]) -> None:
-    """A similar name is shown where there is one."""
-    path = _write(tmp_path, f"{HEADER},{column}", GOOD)
-    with refused(CatalogError, source=str(path), line=1, column=column, value=column) as caught:
-        hp.load_catalog(path)
-    hint = caught.value.faults[0].hint
-    assert {name for name in ("maker", "`note`") if name in hint} == hinted
-
-
-def test_files_that_are_not_there_or_contradict_themselves(tmp_path: Path) -> None:
-    """6 rad/s are 57.3 turns a minute, not 60."""
-    path = _write(tmp_path, f"{HEADER},no_load_speed_rpm", f"{GOOD},60")
-    with refused(
-        CatalogError, source=str(path), line=2, column="no_load_speed_rpm", value=60.0,
-        about=("no_load_speed_rad_s", "57.3"),
-    ):  # fmt: skip
-        hp.load_catalog(path)
-    for path in (tmp_path / "none.csv", tmp_path):
-        with refused(CatalogError, source=str(path), line=0, column="", value=str(path)):
+def test_files_that_cannot_be_read(tmp_path: Path) -> None:
+    picture = tmp_path / "motors.png"
+    picture.write_bytes(b"\x89PNG\r\n\x1a\n\x00\x00")
+    for path, value in ((tmp_path, str(tmp_path)), (picture, "byte 0")):
+        with refused(CatalogError, source=str(path), line=0, column="", value=value):
             hp.load_catalog(path)
-
-
-@pytest.mark.parametrize(
-    ("data", "line", "value", "about"),
-    [
-        (b"", 1, "", ()), (b"\n\n", 1, "", ()), (HEADER.encode(), 1, "no rows", ()),
-        (b"\x89PNG\r\n\x1a\n\x00\x00", 0, "byte 0", ("UTF-8",)),
-        (b"model\x00,voltage_V", 0, "NUL bytes", ()),
-        (HEADER.encode() + b'\n"A,12', 2, ANY, ("comma-separated",)),
-    ],
-)  # fmt: skip
-def test_file_that_is_none(tmp_path, data, line, value, about):
-    path = tmp_path / "motors.csv"
-    path.write_bytes(data)
-    with refused(CatalogError, source=str(path), line=line, column="", value=value, about=about):
-        hp.load_catalog(path)

@@ -37,16 +37,6 @@ def selection():
     return hp.select_motors(STUDY, samples=0)
 
 
-def test_a_motor_of_s2s_size_is_rejected_and_says_why(selection):
-    """S2's robot on AX-12A: RMS torque of the femur is above a fifth of stall."""
-    rejected = selection.candidate("AX-12A")
-    assert not rejected.passes
-    femur = rejected.use("femur")
-    assert femur.continuous_use > 1.0
-    assert any("RMS torque" in r and "AX-12A at 12 V" in r for r in femur.reasons)
-    assert selection.candidates.index(rejected) >= len(selection.passing("femur"))
-
-
 def test_passing_motors_come_first_and_the_lightest_of_them(selection):
     """The robot weighs its motors, and the choice passes."""
     passes = [c.passes for c in selection.candidates]
@@ -58,13 +48,14 @@ def test_passing_motors_come_first_and_the_lightest_of_them(selection):
         wanted = selection.total_mass + 18 * (record.mass - selection.contained)
         np.testing.assert_allclose(candidate.total_mass, wanted, rtol=1e-12)
     choice = selection.choice
-    assert choice is not None and choice.passes
-    assert selection.iterations[-1].passes
-    count = {kind: 6 for kind in KINDS}
-    mass = sum(count[kind] * choice.motors[kind].mass for kind in KINDS)
+    assert choice.passes and selection.iterations[-1].passes
+    mass = 6 * sum(choice.motors[kind].mass for kind in KINDS)
     np.testing.assert_allclose(choice.motor_mass, mass)
-    assert mass <= min(c.motor_mass for c in selection.candidates if c.passes)
-    assert all(run.walks for run in choice.runs)
+    assert mass <= masses[0]
+    rejected = selection.candidate("AX-12A")  # of S2's robot
+    femur = rejected.use("femur")
+    assert not rejected.passes and femur.continuous_use > 1.0
+    assert any("RMS torque" in r and "AX-12A at 12 V" in r for r in femur.reasons)
 
 
 def test_uses_again_from_a_run_of_our_own(selection):
@@ -114,49 +105,33 @@ def test_the_answer_is_in_the_first_ten_lines(selection):
     lines = selection.lines()
     assert max(map(len, lines)) <= WIDTH and len(lines) <= 12
     assert lines[0].startswith(f"kharagpur: {selection.choice.name.split(',')[0]}")
-    head = next(k for k, line in enumerate(lines) if "motors pass all joints of" in line)
-    assert head < 3 and "of 5 motors pass all joints of 1 walks" in lines[head]
-    first = selection.passing("femur")[0]
-    assert lines[head + 3].startswith(f"{first.name} ") and head + 3 < 10
-    assert f"{len(selection.assumed)} assumed" in " ".join(lines[-3:])
+    head = next(k for k, line in enumerate(lines) if "of 5 motors pass all joints of 1" in line)
+    assert head < 3 and lines[head + 3].startswith(f"{selection.passing('femur')[0].name} ")
 
 
-def test_tables_tell_all(selection, tmp_path):
-    text = selection.table()
-    for word in ("AX-12A at 12 V", "FAIL", "kg", "assumed", "evidence", "derating"):
-        assert word in text
+def test_a_file_of_all_uses(selection, tmp_path):
     plain = json.loads(json.dumps(selection.to_dict(), allow_nan=False))
-    assert len(plain["candidates"]) == 5
+    assert len(plain["candidates"]) == 5 and "FAIL" in selection.table()
     path = write_selection_csv(selection, tmp_path / "m.csv")
     rows = list(csv.DictReader(io.StringIO(path.read_text())))
     assert len(rows) == 15
     first = next(r for r in rows if r["motor"] == "AX-12A" and r["kind of joint"] == "femur")
-    assert (
-        float(first["continuous [-]"]) == selection.candidate("AX-12A").use("femur").continuous_use
-    )
+    use = selection.candidate("AX-12A").use("femur").continuous_use
+    assert float(first["continuous [-]"]) == use
     assert first["passes joint"] == "False" and first["source"].startswith("http")
 
 
-def test_confidence_counts_walks_and_names_what_decides():
-    study = (
-        STUDY.replace('"AX-12A", "XM430-W350", "MX-64", ', "")
-        + """
-[[vary]]
-input = "payload"
-distribution = "uniform"
-low = 0.0
-high = 6.0
-[[vary]]
-input = "mu"
-distribution = "uniform"
-low = 0.6
-high = 0.61
-[design]
-kind = "sobol-indices"
-samples = 4
-seed = 3
+VARIED = """
+vary = [
+    {input = "payload", distribution = "uniform", low = 0.0, high = 6.0},
+    {input = "mu", distribution = "uniform", low = 0.6, high = 0.61},
+]
+design = {kind = "sobol-indices", samples = 4, seed = 3}
 """
-    )
+
+
+def test_confidence_counts_walks_and_names_what_decides():
+    study = VARIED + STUDY.replace('"AX-12A", "XM430-W350", "MX-64", ', "")
     found = hp.select_motors(study).confidence
     assert found is not None and found.walks == 8 and len(found.values) == 8
     known = np.array([x for x in found.values if np.isfinite(x)])
@@ -173,42 +148,32 @@ def test_a_choice_is_held_to_a_bus_a_maker_a_price_and_says_what_it_mixes():
     assert all("RS-485" in row.buses for row in rows)
     rows = candidates(MotorChoice(makers=("feetech", "HIWONDER"), dearest=20.0), Path()).records
     assert {row.model for row in rows} == {"STS3215", "SCS0009", "LX-16A", "LX-224"}
-    catalog = load_catalog()
 
     def mixed(*models):
-        motors = dict(zip(KINDS, (catalog.get(*model) for model in models), strict=True))
+        motors = {k: load_catalog().get(m, 12.0) for k, m in zip(KINDS, models, strict=True)}
         return MotorCandidate(motors, 3.0, 1.0, (), ()).mixed
 
-    many = ("MX-64", 12.0), ("XW540-T140", 12.0), ("XM430-W350", 12.0)
-    assert mixed(*many) == ()  # RS-485 is common to all
-    (bus,) = mixed(("AX-12A", 12.0), ("XW540-T140", 12.0), ("XM430-W350", 12.0))
+    assert mixed("MX-64", "XW540-T140", "XM430-W350") == ()  # RS-485 is common to all
+    (bus,) = mixed("AX-12A", "XW540-T140", "XM430-W350")
     assert "mixes buses: coxa TTL, femur RS-485" in bus
-    (maker,) = mixed(("AX-12A", 12.0), ("STS3215-C018", 12.0), ("AX-12A", 12.0))
+    (maker,) = mixed("AX-12A", "STS3215-C018", "AX-12A")
     assert "mixes makers: coxa ROBOTIS, femur Feetech" in maker
 
 
 def test_options_of_the_command_are_the_study_s(run, tmp_path):
     """Every restriction reaches the motors; an unknown name is refused with the known ones."""
-    for option, value, known in (
-        ("--bus", "I2C", ("CAN", "PWM", "RS-485", "TTL")), ("--maker", "Nobody", ("Feetech",)),
-    ):  # fmt: skip
+    for option, value, known in (("--bus", "I2C", "RS-485"), ("--maker", "Nobody", "Feetech")):
         done = run("select", "kharagpur", option, value)
-        assert done.status == 2 and value in done.err
-        assert all(name in done.err for name in known)
+        assert done.status == 2 and value in done.err and known in done.err
     done = run("select", "kharagpur", "--price-below", "1", "--bus", "TTL")
     assert done.status == 2 and "with a price" in done.err
 
 
 BAD = {
-    'motors.voltage = "12"': "motors.voltage", "motors.voltage = -1.0": "motors.voltage",
-    "motors.volts = 12.0": "motors.volts", 'motors.models = ["AX-12"]': "AX-12",
-    'motors.makers = ["Nobody"]': "Nobody", 'motors.buses = ["I2C"]': "I2C",
-    "motors.voltage = 13.37": "13.37",
-    "motors.motor_mass = -0.1": "motors.motor_mass",
+    'motors.voltage = "12"': "motors.voltage", "motors.volts = 12.0": "motors.volts",
+    'motors.models = ["AX-12"]': "AX-12", "motors.voltage = 13.37": "13.37",
     'motors.catalog = "nowhere.csv"': "nowhere.csv", "derating.peak = 1.5": "derating.peak",
-    "derating.peek = 0.5": "derating.peek", "derating.voltage = 0.0": "derating.voltage",
-    "derating.continuous = nan": "derating.continuous", "motors = 3": "motors",
-    "design = 3": "design",
+    "motors = 3": "motors", "design = 3": "design",
 }  # fmt: skip
 
 

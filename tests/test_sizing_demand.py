@@ -36,42 +36,20 @@ def test_a_swinging_inertia_has_its_closed_form() -> None:
     assert found.torque_acceleration == pytest.approx([mean], rel=1e-5)
 
 
-def test_energies_are_per_cycle() -> None:
-    """Three cycles give each what one gives."""
-    time = cycle(500, 3)
-    tau, speed = np.sin(OMEGA * time), np.sin(OMEGA * time)
-    found = of_motion(tau, speed, time)
-    assert found.cycles == 3 and found.duration == pytest.approx(1.0)
-    assert found.positive_energy == pytest.approx([0.5], rel=1e-9)
-    assert found.negative_energy == pytest.approx([0.0], abs=1e-12)
-
-
 def test_moving_rms_of_a_pulse() -> None:
-    """A torque 1 for a fifth of the time: the lag rises to (1 - e^-a) / (1 - e^-b).
+    """Torques 1 and -3 for a fifth of the time: the lag rises to (1 - e^-a) / (1 - e^-b).
 
     a = 0.2 s / constant, b = 1 s / constant; the pulse's ramps last one sample of 1/20000 s.
     """
     time = cycle(20000)
-    torque = (time < 0.2).astype(float)
-    found = of_motion(torque, np.zeros_like(time), time)
-    for constant in (0.05, 0.3, 2.0):
-        square = np.expm1(-0.2 / constant) / np.expm1(-1.0 / constant)
-        assert found.thermal_rms(constant) == pytest.approx([np.sqrt(square)], rel=3e-4)
-    assert found.thermal_rms(1e6) == pytest.approx(found.torque_rms, rel=1e-6)
-    assert found.thermal_rms(1e-5) == pytest.approx([1.0], rel=1e-6)
+    torque = np.outer(time < 0.2, [1.0, -3.0])
+    found = of_motion(torque, 0.0 * torque, time)
+    for constant in (0.05, 2.0):
+        root = np.sqrt(np.expm1(-0.2 / constant) / np.expm1(-1.0 / constant))
+        assert found.thermal_rms(constant) == pytest.approx([root, 3.0 * root], rel=3e-4)
+    assert found.thermal_rms(1e-5) == pytest.approx([1.0, 3.0], rel=1e-6)
     with refused(ParameterError, "time_constant", 0.0):
         found.thermal_rms(0.0)
-
-
-def test_moving_rms_of_a_sinusoid_with_several_joints() -> None:
-    """sin^2 = (1 - cos 2wt) / 2 behind a lag: 1/2 + 1 / (2 sqrt(1 + (2 w T)^2)), per joint."""
-    time, constant = cycle(), 0.1
-    torque = np.outer(np.sin(OMEGA * time), [1.0, -3.0])
-    found = of_motion(torque, np.zeros_like(torque), time)
-    square = 0.5 + 0.5 / np.sqrt(1.0 + (2.0 * OMEGA * constant) ** 2)
-    assert found.thermal_rms(constant) == pytest.approx(
-        np.sqrt(square) * np.array([1.0, 3.0]), rel=1e-5
-    )
 
 
 def test_another_rotor_at_the_same_motion() -> None:
@@ -92,21 +70,17 @@ def test_a_walk_agrees_with_its_samples() -> None:
     time = trace.time[first : last + 1]
     assert found.cycles == summary.cycles == 2
     assert np.array_equal(found.torque, tau) and np.array_equal(found.speed, w)
-    assert (found.torque_peak >= np.abs(tau).max(axis=0)).all()
     largest = np.maximum(np.abs(summary.torque_peak), np.abs(tau).max(axis=0))
     assert found.torque_peak == pytest.approx(largest, rel=1e-12)
     length = time[-1] - time[0]
     mean_square = np.trapezoid(tau**2, time, axis=0) / length
     assert found.torque_rms == pytest.approx(np.sqrt(mean_square), rel=0.02)
-    assert found.speed_rms == pytest.approx(
-        np.sqrt(np.trapezoid(w**2, time, axis=0) / length), rel=0.02
-    )
     net = found.positive_energy + found.negative_energy
     assert net == pytest.approx(np.trapezoid(tau * w, time, axis=0) / 2, rel=0.1, abs=2e-3)
     row = int(np.argmax(found.torque_peak))
-    at = int(round(found.torque_peak_time[row] / 2e-3))
+    rate = trace.v[int(round(found.torque_peak_time[row] / 2e-3)), 6 + row]
     sign = np.sign(summary.torque_peak[row])
-    assert found.torque_peak_speed[row] == pytest.approx(sign * trace.v[at, 6 + row], abs=0.15)
+    assert found.torque_peak_speed[row] == pytest.approx(sign * rate, abs=0.15)
 
 
 def test_the_load_inertia_of_a_walk_is_what_inverse_dynamics_asks_for() -> None:
@@ -118,11 +92,9 @@ def test_the_load_inertia_of_a_walk_is_what_inverse_dynamics_asks_for() -> None:
     for joint in (0, 7, 17):
         unit = np.zeros(model.nv)
         unit[6 + joint] = 1.0
+        still = 0 * unit
         inertia = [
-            (
-                pin.rnea(model, data, q, 0 * unit, unit)
-                - pin.rnea(model, data, q, 0 * unit, 0 * unit)
-            )
+            pin.rnea(model, data, q, still, unit) - pin.rnea(model, data, q, still, still)
             for q in trace.q[np.searchsorted(trace.time, found.time)][::40]
         ]
         mean = np.mean([row[6 + joint] for row in inertia])
@@ -132,8 +104,8 @@ def test_the_load_inertia_of_a_walk_is_what_inverse_dynamics_asks_for() -> None:
 def test_cost_of_transport_is_that_of_the_torque_budget() -> None:
     found, whole = demand(), hp.torque_budget(walk())
     assert found.weight == pytest.approx(9.81 * (hp.load_robot("kharagpur").total_mass + 0.5))
-    distance = trunk_distance(walk(), found.time)
-    cost = found.positive_energy.sum() / (found.weight * distance)
+    x = np.interp(found.time[[0, -1]], walk().time, walk().q[:, 0])  # of two cycles
+    cost = found.positive_energy.sum() / (found.weight * (x[1] - x[0]) / 2)
     assert found.cost_of_transport_positive == pytest.approx(cost, rel=2e-3)
     assert found.cost_of_transport_positive == pytest.approx(whole.cost_of_transport_positive)
     assert found.cost_of_transport == pytest.approx(whole.cost_of_transport)
@@ -151,12 +123,6 @@ def test_a_run_that_cut_torques_off_has_a_note() -> None:
     assert not any("at the torque limit" in note for note in demand().notes)
 
 
-def trunk_distance(trace: hp.Trace, time: np.ndarray) -> float:
-    """Return how far the trunk comes forward in one of two cycles [m]."""
-    x = np.interp(time[[0, -1]], trace.time, trace.q[:, 0])
-    return float(x[1] - x[0]) / 2
-
-
 def test_of_some_kinds_alone() -> None:
     part = demand().of_kinds(["tibia"])
     whole = [name for name in demand().joint_names if "tibia" in name]
@@ -167,15 +133,10 @@ def test_of_some_kinds_alone() -> None:
 
 
 @pytest.mark.parametrize(
-    ("time", "shape", "name", "value"),
-    [
-        ([0.0], (1, 1), "torque", (1, 1)),
-        ([0.0, 0.0], (2, 1), "JointDemand.time", 2),
-        ([0.0, 1.0], (3, 1), "torque", (3, 1)),
-    ],
+    ("time", "rows", "name", "value"),
+    [([0.0, 0.0], 2, "JointDemand.time", 2), ([0.0, 1.0], 3, "torque", (3, 1))],
 )
-def test_samples_that_do_not_fit_are_refused(
-    time: list, shape: tuple, name: str, value: object
-) -> None:
+def test_samples_that_do_not_fit_are_refused(time, rows, name, value) -> None:
+    none = np.zeros((rows, 1))
     with refused(ParameterError, name, value), np.errstate(all="ignore"):
-        hp.sizing.JointDemand.of_samples(time, np.zeros(shape), np.zeros(shape))
+        hp.sizing.JointDemand.of_samples(time, none, none)

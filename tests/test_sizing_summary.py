@@ -8,7 +8,6 @@ import pytest
 import hexapod_pin as hp
 from hexapod_pin import native
 
-NEW = ("limit_use", "acceleration_rms", "torque_acceleration")
 SHARE = 0.999  # of a limit from which a joint counts as being at it
 
 
@@ -55,22 +54,17 @@ def test_the_use_of_a_limit_is_taken_in_the_same_state() -> None:
     assert data["limit_use"] == pytest.approx(2.0 / 3.0, rel=1e-5)
 
 
-@pytest.fixture(scope="module")
-def trace() -> hp.Trace:
-    """A walk with a motor's line, every accepted step sampled."""
+def test_they_agree_with_samples_at_every_accepted_step() -> None:
+    """The use against the line of the motor, written as its two inequalities; to rounding.
+
+    As for `at_limit`, a braking motor is compared with its stall torque, though it could give more.
+    """
     robot = hp.load_robot("kharagpur")
     motor = hp.Motor(stall_torque=3.0, no_load_speed=8.0, voltage_ratio=0.9)
     servo = hp.Servo(**hp.Servo.for_robot(robot).model_dump() | {"motor": motor})
     walk = hp.KinematicControl(hp.Gait.tripod(stroke=0.05, cycle_time=0.6))
     settings = dict(method="implicit-euler", step=1e-3, sample=1e-3)
-    return hp.simulate(hp.Scene(robot, servo=servo), walk, duration=2.6, **settings)
-
-
-def test_they_agree_with_samples_at_every_accepted_step(trace: hp.Trace) -> None:
-    """The use against the line of the motor, written as its two inequalities; to rounding.
-
-    As for `at_limit`, a braking motor is compared with its stall torque, though it could give more.
-    """
+    trace = hp.simulate(hp.Scene(robot, servo=servo), walk, duration=2.6, **settings)
     summary = trace.summary
     inside = (trace.time > summary.start - 1e-9) & (trace.time < summary.end + 1e-9)
     time, tau, w = trace.time[inside], trace.torque[inside], trace.v[inside, 6:]
