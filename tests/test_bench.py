@@ -17,13 +17,13 @@ from refusals import NUMBER, refused
 import hexapod_pin as hp
 from hexapod_pin.benchmark.advice import SAFETY_FACTOR, Advice, NoAdviceError, advise, advise_on
 from hexapod_pin.benchmark.report import BenchmarkReport, csv_text, json_text, level_table, markdown
+from hexapod_pin.benchmark.work_precision import comparison
 from hexapod_pin.benchmark.work_precision.comparison import ComparisonSettings, compare
 from hexapod_pin.benchmark.work_precision.measure import (
     OURS,
     BenchmarkRow,
     ReferenceSolution,
     RunOutcome,
-    best_of,
     cheapest,
     measure,
     ratios,
@@ -40,28 +40,19 @@ from hexapod_pin.benchmark.work_precision.scenes import built_in
 from hexapod_pin.benchmark.work_precision.task import Task
 from hexapod_pin.errors import ParameterError, SimulationInterrupted, UnknownNameError
 from hexapod_pin.simulation.methods import METHODS
+from hexapod_pin.validation.machine import Machine
 from hexapod_pin.validation.position_error import PositionError
 from hexapod_pin.validation.solver_setting import SolverSetting
 
 STILL = np.array([[0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 1.0, 0.3, -0.2]] * 3)
 
 
-def turned(angle: float, axis: tuple[float, float, float]) -> np.ndarray:
-    """Three samples of the still robot, the last one turned."""
-    q = STILL.copy()
-    q[2, 3:7] = np.array([*(np.sin(angle / 2) * np.array(axis)), np.cos(angle / 2)])
-    return q
-
-
 def row(value: float, error: float, wall: float, **rest) -> BenchmarkRow:
-    """A row of a made-up method."""
     numbers = {"uncertainty": 1e-12, "evaluations": None, "method": "a", "engine": OURS, "note": ""}
-    numbers.update(rest)
+    numbers |= {"estimate": math.nan, "runs": 1, "steps": None, "rejected": None, **rest}
     return BenchmarkRow(
-        setting=f"{value:g}", value=value, error=error, trunk=error, estimate=math.nan,
-        wall=wall, runs=1,
-        steps=None, rejected=None, **numbers,
-    )  # fmt: skip
+        setting=f"{value:g}", value=value, error=error, trunk=error, wall=wall, **numbers
+    )
 
 
 def test_distance_is_the_largest_of_place_turn_and_joints():
@@ -73,11 +64,8 @@ def test_distance_is_the_largest_of_place_turn_and_joints():
     bent = STILL.copy()
     bent[0, 8] -= 0.01
     assert PositionError.between(bent, STILL) == PositionError(pytest.approx(0.01, rel=1e-12), 0.0)
-    for angle in (1e-9, 1e-3, 2.0):
-        away = PositionError.between(turned(angle, (0.0, 0.6, -0.8)), STILL)
-        assert away == PositionError(pytest.approx(angle, rel=1e-6), 0.0)
     a, b = pin.rpy.rpyToMatrix(0.3, -1.1, 2.0), pin.rpy.rpyToMatrix(-0.2, 0.4, 1.0)
-    first, second = turned(0.0, (0.0, 0.0, 1.0)), turned(0.0, (0.0, 0.0, 1.0))
+    first, second = STILL.copy(), STILL.copy()
     first[2, 3:7], second[2, 3:7] = pin.Quaternion(a).coeffs(), -pin.Quaternion(b).coeffs()
     wanted = np.linalg.norm(pin.log3(b.T @ a))
     assert PositionError.between(first, second).q == pytest.approx(wanted, rel=1e-12)
@@ -98,12 +86,9 @@ def test_a_level_counts_only_if_every_tighter_setting_meets_it():
         row(1e-3, 7e-4, 0.020, engine="X", method="slow"),
         row(1e-3, 6e-4, 0.016, engine="X", method="fast"),
     ]  # fmt: skip
-    assert best_of(rows, "X", 1e-3).method == "fast"
     first, second = ratios(rows)
     assert first.endswith("X 16 ms (fast, 0.001); ours 4 ms (a, 0.001), ratio 0.250")
     assert "no method of X reached it" in second
-    slower = row(1e-3, 5e-4, 0.008, method="extrapolated-euler")
-    assert ratios([*rows, slower])[0].endswith("ours 8 ms (extrapolated-euler, 0.001), ratio 0.500")
     rows = [row(1e-3, 1e-4, 1.0), row(1e-2, math.nan, math.nan, note="refused: no")]
     assert [one.value for one in sweeps(rows)[OURS, "a"]] == [1e-3]
 
@@ -119,12 +104,12 @@ class Fake:
     engine: str = OURS
     setting: str = "s"
     value: float = 1.0
-    reference: ReferenceSolution = field(
-        default_factory=lambda: ReferenceSolution(outcome(0.0), "t", PositionError(0, 0), "c")
-    )
+
+    @property
+    def reference(self) -> ReferenceSolution:
+        return ReferenceSolution(outcome(0.0), "t", PositionError(0, 0), "c")
 
     def run(self) -> RunOutcome:
-        """Note the run; Ctrl-C comes at the run that was asked for."""
         self.log.append(self.method)
         if len(self.log) >= self.stop_at:
             raise SimulationInterrupted("interrupted", None)
@@ -132,7 +117,6 @@ class Fake:
 
 
 def outcome(x: float) -> RunOutcome:
-    """A run whose trunk is x away from the still robot's."""
     q = STILL + np.array([x, 0, 0, 0, 0, 0, 0, 0, 0])
     return RunOutcome(q[:, :3], q, wall=0.0, evaluations=50, steps=20, rejected=4)
 
@@ -148,15 +132,9 @@ def test_rounds_are_interleaved_and_slow_runs_are_timed_once():
     assert quick.wall == pytest.approx((0.01 + 3e-3) / 0.5)  # median of runs 2, 3, 4
     assert (quick.evaluations, quick.steps, quick.rejected) == (100.0, 40.0, 8.0)
     assert quick.error == pytest.approx(1e-3, rel=1e-12)
-    assert fraction[-1] == 1.0
-    assert not found.interrupted
-    log: list[str] = []
-    both = [Fake("a", 0.01, log, stop_at=5), Fake("b", 0.01, log, stop_at=5)]
-    found = measure(both, 1.0, 9)
-    assert [one.method for one in found.rows] == ["a", "b"]
-    assert found.interrupted
+    assert fraction[-1] == 1.0 and not found.interrupted
     early = measure([Fake("a", 0.0), Fake("b", 0.0, stop_at=1)], 1.0, 1)
-    assert [one.method for one in early.rows] == ["a"]
+    assert [one.method for one in early.rows] == ["a"] and early.interrupted
 
 
 def test_reference_of_hc40_soft_is_the_published_end_state():
@@ -175,8 +153,6 @@ def test_what_cannot_be_measured_is_refused():
         find_reference(replace(built_in("stand"), duration=0.01), max_wall=0.0)
     with refused(UnknownNameError, kind="method", name="magic", about=("extrapolated-euler",)):
         compare(built_in("walk"), ComparisonSettings(["magic"]))
-    with pytest.raises(ParameterError):
-        replace(built_in("walk"), sample=0.03)
 
 
 def test_sweeps_keep_to_what_a_method_allows():
@@ -186,9 +162,7 @@ def test_sweeps_keep_to_what_a_method_allows():
     for name, method in METHODS.items():
         if method.adaptive:
             values = [one.value for one in sweep_settings(task, name)]
-            assert min(values) >= method.tightest
-            assert max(values) <= method.loosest
-            assert len(values) > 3
+            assert method.tightest <= min(values) < max(values) <= method.loosest
 
 
 def test_implicit_euler_on_hc40_is_first_order_and_costs_what_it_says():
@@ -201,9 +175,7 @@ def test_implicit_euler_on_hc40_is_first_order_and_costs_what_it_says():
     assert errors[1] / errors[2] == pytest.approx(2.0, rel=0.25)
     assert [one.steps for one in found.rows] == [1e3, 2e3, 4e3, 1e4]
     assert all(one.evaluations == one.steps + 4.0 for one in found.rows)
-    table = level_table(found, "error")
-    assert table.rows[0][:3] == ("implicit-euler", table.rows[0][1], "not reached: 4e-04")
-    assert table.rows[0][1].endswith("(4k)")
+    assert level_table(found, "error").rows[0][2] == "not reached: 4e-04"
 
 
 def test_a_run_that_diverges_or_is_refused_is_a_row_that_says_so():
@@ -212,13 +184,9 @@ def test_a_run_that_diverges_or_is_refused_is_a_row_that_says_so():
     assert not found.ended
     assert found.note.startswith("diverged after 0")
     assert math.isnan(found.distance(found).q)
-    scene = hp.Scene(
-        hp.load_robot("kharagpur"),
-        contact=hp.Contact(
-            normal=hp.contact.HuntCrossley(stiffness=1e6),
-            friction=hp.contact.StickSlip(mu=0.7, stiffness=2e4, damping=0.0),
-        ),
-    )
+    friction = hp.contact.StickSlip(mu=0.7, stiffness=2e4, damping=0.0)
+    contact = hp.Contact(normal=hp.contact.HuntCrossley(stiffness=1e6), friction=friction)
+    scene = hp.Scene(hp.load_robot("kharagpur"), contact=contact)
     task = replace(built_in("stand"), scene=scene, controller=hp.HoldPosture(), duration=0.01)
     found = run_task(task, SolverSetting("extrapolated-euler", 1e-3))
     assert found.note.startswith("refused: StickSlip.damping")
@@ -227,8 +195,6 @@ def test_a_run_that_diverges_or_is_refused_is_a_row_that_says_so():
 @pytest.fixture(scope="module")
 def report() -> BenchmarkReport:
     """A short measurement of the walk."""
-    from hexapod_pin.validation.machine import Machine
-
     task = replace(built_in("walk"), duration=0.05)
     found = compare(task, ComparisonSettings(["implicit-euler", "rk4"], rounds=1, quick=True))
     return BenchmarkReport(Machine.here(), "hexapod-pin bench walk", [found])
@@ -237,24 +203,17 @@ def report() -> BenchmarkReport:
 def test_csv_and_json_hold_the_same_rows(report: BenchmarkReport):
     """Every form of the report names machine, versions and date."""
     for text in (markdown(report), csv_text(report), json_text(report)):
-        assert report.machine.cpu in text
-        assert report.machine.date in text
         for name in ("hexapod-pin", "pin", "mujoco", "drake", "pybullet"):
             assert report.machine.packages[name] in text
-        assert "hexapod-pin bench walk" in text
-        assert str(Path.home()) not in text
-        assert "/hexapod_pin/" not in text
+        assert report.machine.cpu in text and report.machine.date in text
+        assert "hexapod-pin bench walk" in text and "/hexapod_pin/" not in text
     lines = [line for line in csv_text(report).splitlines() if not line.startswith("#")]
     table = list(csv.DictReader(lines))
     rows = json.loads(json_text(report))["scenes"][0]["rows"]
     assert len(table) == len(rows) == 8
     for flat, full in zip(table, rows, strict=True):
-        assert flat["scene"] == "walk"
         assert (flat["method"], float(flat["value"])) == (full["method"], full["value"])
         assert flat["error"] == ("" if full["error"] is None else repr(full["error"]))
-    assert any(full["note"].startswith("diverged") for full in rows) == any(
-        full["error"] is None for full in rows
-    )
 
 
 SHORT = (
@@ -272,10 +231,7 @@ def test_command_prints_tables_and_writes_report_and_figure(run: Run):
         for cell in ("step 0.25 ms", "accuracy 1e-04", "implicit-euler", "evaluations"):
             assert cell in text
     assert page.count("| implicit-euler | step 1 ms | ") == 2
-    assert (
-        "`hexapod-pin bench walk stand --duration 0.02 --methods implicit-euler,extrapolated-euler"
-        in page
-    )
+    assert "`hexapod-pin bench walk stand --duration 0.02 --methods implicit-euler," in page
     assert Path("f.svg").read_text().count("<svg") == 1
 
 
@@ -283,12 +239,8 @@ def test_command_prints_tables_and_writes_report_and_figure(run: Run):
     ("words", "says"),
     [
         (("walk", "--out", "r.txt"), ".md, .csv, .json"),
-        (("walk", "--plot", "r.md"), ".png, .svg, .pdf"),
-        (("walk", "--out", "nowhere/r.md"), "there is no folder"),
         (("walk", "--methods", "extrapolated-euler,magic"), "'magic'"),
-        (("walk", "--rounds", "0"), "--rounds"),
         (("walk", "--rounds", "1001"), "--rounds"),
-        (("gallop",), "hc40-soft"),
     ],
 )
 def test_command_refuses_before_it_measures(run, words, says):
@@ -298,8 +250,6 @@ def test_command_refuses_before_it_measures(run, words, says):
 
 
 def test_ctrl_c_writes_what_is_done_and_ends_with_130(run, monkeypatch: pytest.MonkeyPatch):
-    from hexapod_pin.benchmark.work_precision import comparison
-
     real = comparison.compare
 
     def interrupted(task, plan, progress):
@@ -339,36 +289,25 @@ def test_advised_run_keeps_the_error_it_predicts(task: Task, advice: Advice):
     assert error * SAFETY_FACTOR <= 1e-3
     per_second = trace.counters["evaluations"] / task.duration
     assert advice.evaluations == pytest.approx(per_second, rel=1e-12)
-    assert advice.milliseconds > 0.0
 
 
 def test_advice_is_the_cheapest_of_what_was_good_enough(advice: Advice):
     tried = sweeps(advice.tried)
-    assert len(tried) > 1
     good = [cheapest(own, 1e-3 / SAFETY_FACTOR) for own in tried.values()]
     times = {row.method: row.wall * 1e3 for row in good if row is not None}
     assert times[advice.method] == advice.milliseconds == min(times.values())
-    assert advice.method in advice.table()
+    assert len(tried) > 1 and advice.method in advice.table()
     assert str(advice).startswith(f'for an error of 0.001: method="{advice.method}", ')
-    assert (advice.accuracy is None) != (advice.step is None)
-
-
-def test_tighter_advice_costs_more_evaluations(task: Task, advice: Advice):
-    assert advise_on(task, 1e-4).evaluations > advice.evaluations
 
 
 def test_a_piece_without_touch_down_lowers_the_sureness():
     scene = built_in("stand").scene
-    robot = scene.robot
-    high = robot.stand()
-    q = high.q.copy()
-    q[2] += 1.0
-    found = advise(
-        scene, hp.HoldPosture(), 1e-3, piece=0.05, initial=robot.check_state(q, high.v)
-    )  # fmt: skip
+    state = scene.robot.stand()
+    q = state.q + np.eye(len(state.q))[2]  # 1 m up
+    high = scene.robot.check_state(q, state.v)
+    found = advise(scene, hp.HoldPosture(), 1e-3, piece=0.05, initial=high)
     assert found.sure in ("fair", "low")
     assert any("no foot touched down" in reason for reason in found.reasons)
-    assert found.piece.duration == 0.05
 
 
 def test_what_nothing_reaches_is_refused_with_what_came_nearest(task: Task, monkeypatch):
@@ -380,8 +319,7 @@ def test_what_nothing_reaches_is_refused_with_what_came_nearest(task: Task, monk
     assert nearest > wanted
 
 
-@pytest.mark.parametrize(("accuracy", "piece"), [(0.5, 0.1), (1e-9, 0.1), (1e-3, 0.005)])
-def test_numbers_out_of_range_are_refused(accuracy, piece):
-    scene = built_in("stand").scene
-    with pytest.raises(ParameterError):
-        advise(scene, hp.HoldPosture(), accuracy, piece=piece)
+def test_numbers_out_of_range_are_refused():
+    for accuracy, piece in ((0.5, 0.1), (1e-3, 0.005)):
+        with pytest.raises(ParameterError):
+            advise(built_in("stand").scene, hp.HoldPosture(), accuracy, piece=piece)

@@ -12,7 +12,6 @@ from vehicles import HARD_CASES, drop, hexa_ref
 
 import hexapod_pin as hp
 from hexapod_pin.benchmark.work_precision.scenes import (
-    BUILT_IN,
     SceneOptions,
     built_in,
     find_task,
@@ -23,36 +22,24 @@ from hexapod_pin.errors import GaitError, ParameterError, UnknownNameError
 from hexapod_pin.validation.cases.robots import BENCH19, robot_file
 
 
-def test_built_in_scenes_and_their_robot():
+def test_the_robot_of_the_walk():
     assert robot_file("bench19").read_text() == BENCH19.urdf()
     assert BENCH19.total_mass == pytest.approx(0.65 + 6 * (0.15 + 0.041 + 0.11), abs=1e-12)
-    assert list(BUILT_IN) == ["walk", "stand", "hc40-soft", "hc40-mid", "hc40-stiff"]
 
 
 def test_hc40_soft_is_the_hard_case_itself():
     task, (scene, state, posture) = built_in("hc40-soft"), drop(hexa_ref())
-    assert (task.initial.q == state.q).all()
-    assert (task.initial.v == state.v).all()
-    assert task.scene.contact == scene.contact
-    assert task.scene.servos == scene.servos
-    plan = task.controller.plan(task.scene.robot, task.duration)
-    assert (plan.q == posture).all()
+    assert (task.initial.q == state.q).all() and (task.initial.v == state.v).all()
+    assert (task.scene.contact, task.scene.servos) == (scene.contact, scene.servos)
+    assert (task.controller.plan(task.scene.robot, task.duration).q == posture).all()
     answer = HARD_CASES["HC40_hexapod_drop_soft"]["ref"]
-    assert task.answer is not None
     assert task.answer[7:] == pytest.approx(answer["q_joints_pin_order"], abs=0.0)
     assert task.answer[:3] == pytest.approx(answer["base_xyz"], abs=0.0)
-
-
-@pytest.mark.parametrize(
-    ("variant", "stiffness", "slope"), [("mid", 1e6, 1e3), ("stiff", 1e8, 1e4)]
-)
-def test_hc40_variants_differ_in_stiffness_and_friction_slope_alone(variant, stiffness, slope):
-    soft, task = built_in("hc40-soft"), built_in(f"hc40-{variant}")
-    normal, friction = task.scene.contact.normal, task.scene.contact.friction
-    assert (normal.stiffness, friction.slope) == (stiffness, slope)
+    mid = built_in("hc40-mid")
+    normal, friction = mid.scene.contact.normal, mid.scene.contact.friction
+    assert (normal.stiffness, friction.slope) == (1e6, 1e3)
     assert (normal.dissipation, friction.mu) == (0.5, 0.5)
-    assert (task.initial.q == soft.initial.q).all()
-    assert task.answer is None
+    assert (mid.initial.q == task.initial.q).all() and mid.answer is None
 
 
 def test_walk_starts_10_mm_above_the_ground_with_100_held_set_points():
@@ -61,27 +48,22 @@ def test_walk_starts_10_mm_above_the_ground_with_100_held_set_points():
     robot = task.scene.robot
     assert task.initial.q[2] - robot.stand().q[2] == pytest.approx(0.010, abs=1e-15)
     assert (task.samples, task.sample, len(task.controller.time)) == (100, 0.01, 100)
-    assert task.scene.servos.limited is False
     assert set_points(task) == pytest.approx(np.array(task.controller.q), abs=0.0)
-    robot = built_in("walk").scene.robot
-    start, quarter, full = tripod_setpoints(robot, np.array([0.0, 0.25, 1.0]))
-    assert start == pytest.approx(robot.posture, abs=0.0)
+    quarter, full = tripod_setpoints(robot, np.array([0.25, 1.0]))
 
     def angle(row, joint):
         return row[robot.joint_index(joint)] - robot.posture[robot.joint_index(joint)]
 
     for leg, swing in (("lf", 0.25), ("rm", -0.25), ("lm", -0.25), ("rf", 0.25)):
         assert angle(quarter, f"{leg}_coxa_joint") == pytest.approx(swing, abs=1e-15)
-        assert angle(quarter, f"{leg}_femur_joint") == pytest.approx(0.0, abs=1e-15)
-    for leg, lift in (("lf", -0.25), ("lr", -0.25), ("rm", -0.25), ("rf", 0.0), ("lm", 0.0)):
+    for leg, lift in (("lf", -0.25), ("rm", -0.25), ("rf", 0.0)):
         assert angle(full, f"{leg}_femur_joint") == pytest.approx(lift, abs=1e-15)
         assert angle(full, f"{leg}_tibia_joint") == pytest.approx(-lift, abs=1e-15)
 
 
 def test_a_gait_is_held_from_sample_to_sample_for_all_engines():
-    task = find_task(
-        "kharagpur", SceneOptions(gait="tripod", cycle_time=0.8, stroke=0.05, duration=0.3)
-    )
+    options = SceneOptions(gait="tripod", cycle_time=0.8, stroke=0.05, duration=0.3)
+    task = find_task("kharagpur", options)
     held = held_task(task)
     plan = task.controller.plan(task.scene.robot, 0.3)
     knots = np.isclose(plan.time % 0.01, 0.0) | np.isclose(plan.time % 0.01, 0.01)
@@ -90,7 +72,6 @@ def test_a_gait_is_held_from_sample_to_sample_for_all_engines():
     found = set_points(held)
     assert inside.sum() > 10
     assert found[rows[inside]] == pytest.approx(plan.q[knots][inside], abs=1e-9)
-    assert held.controller.plan(task.scene.robot, 0.3).held
     assert held_task(built_in("stand")).controller == built_in("stand").controller
 
 
@@ -122,13 +103,10 @@ def test_a_scene_file_and_a_gait_name_a_task(tmp_path: Path):
     ("scene", "options", "name", "value", "allowed"),
     [
         ("walk", SceneOptions(contact="s1"), "--contact", "s1", ()),
-        ("walk", SceneOptions(gait="wave"), "--gait", "wave", ()),
         ("walk", SceneOptions(duration=1.5), "--duration", 1.5, (0.0, 1.0)),
-        ("walk", SceneOptions(sample=-0.01), "duration/sample", -100.0, ()),
         ("kharagpur", SceneOptions(sample=0.0), "--sample", 0.0, ()),
         ("kharagpur", SceneOptions(sample=1e-9, duration=0.02), "sample", 1e-9, (1e-7, 200_000)),
         ("kharagpur", SceneOptions(gait="hold", stroke=0.1), "--stroke", 0.1, ()),
-        ("nothing.toml", SceneOptions(), "SCENE", "nothing.toml", ()),
         ("nothing.toml", SceneOptions(kp=1.0), "--kp", 1.0, ()),
     ],
 )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import json
 from collections.abc import Callable
 from dataclasses import replace
@@ -77,42 +76,23 @@ def with_json(*keys: Any, value: Any) -> Callable[[dict[str, Any]], tuple[str, A
 
 FORGERIES: dict[tuple[str, ...], Callable[[dict[str, Any]], tuple[str, Any]]] = {
     ("torque[3, 2] = nan", "1e+150"): with_value("torque", (3, 2), np.nan),
-    ("com[1, 0] = inf", "1e+150"): with_value("com", (1, 0), np.inf),
-    ("v[0, 7] = 1e+200", "1e+150"): with_value("v", (0, 7), 1e200),
     ("time[5] = 0.0",): with_value("time", 5, 0.0),
-    ("time[0] = -1.0",): with_value("time", 0, -1.0),
     ("q[2] = [0.5,", "1"): with_value("q", (2, 3), 0.5),
     ("foot_normal[0, 1] = [0.5,",): with_value("foot_normal", (0, 1, 0), 0.5),
-    ("error_place[4] = 0.0",): with_value("error_place", 4, 0.0),
-    ("energy_kinetic[0] = nan", "1e+150"): with_value("energy_kinetic", 0, np.nan),
     ("q_ref.dtype = 'float32'", "float64"): lambda a: ("q_ref", a["q_ref"].astype("f4")),
     ("foot_gap.shape = (46, 5)", "(46, 6)"): lambda a: ("foot_gap", a["foot_gap"][:, :-1]),
     ("variable 'com' = None",): lambda a: ("com", None),
     ("joint[0] = \"''\"",): lambda a: ("joint", np.array(["", *a["joint"][1:]], "O")),
-    ("joint = 'lf_coxa_joint'",): lambda a: ("joint", a["joint"][[0, 0, *range(2, 18)]]),
     ("foot = 'float64", "(6,)"): lambda a: ("foot", np.arange(6.0)),
     ("run = ", "[[[[", "JSON"): lambda a: ("run", "[" * 100_000),
     ("counters = '3'", "JSON"): lambda a: ("counters", "3"),
     ("counters.steps = -1",): with_json("counters", "steps", value=-1),
     ("run.numerics.method = 3",): with_json("run", "numerics", "method", value=3),
-    ("run.walk.cycle_time = 0.0",): with_json("run", "walk", "cycle_time", value=0.0),
-    ("run.walk.steady_from = inf",): with_json(
-        "run", "walk", "steady_from", value=float("inf")
-    ),
-    ("run.gravity[1]",): with_json("run", "gravity", value=[0.0]),
-    ("run.robot.effort_limit = [1.0]", "18"): with_json(
-        "run", "robot", "effort_limit", value=[1.0]
-    ),
     ("run.limits[4].limit_time = -1.0",): with_json("run", "limits", 4, "limit_time", value=-1.0),
     ("run.events[0]",): with_json("run", "events", value=[{"time": 0.0}]),
-    ("summary.torque_rms[0] = -1.0",): with_json("summary", "torque_rms", 0, value=-1.0),
     ("summary.speed_rms = None", "known"): with_json("summary", "speed_rms", 1, value=None),
     ("summary.path[0] = [0.0, 0.0]", "4"): with_json("summary", "path", value=[[0.0, 0.0]]),
-    ("errors.torque_rms = 'x'", "18"): with_json("errors", "torque_rms", value="x"),
     ("checkpoint.q = [", "[3:7]"): with_json("checkpoint", "q", 6, value=0.1),
-    ("run.robot.velocity_limit[2] = 'x'",): with_json(
-        "run", "robot", "velocity_limit", 2, value="x"
-    ),
 }  # fmt: skip
 
 
@@ -134,13 +114,9 @@ def test_a_trace_need_not_have_a_summary_or_checkpoint(trace: hp.Trace, tmp_path
     bare = replace(with_run(trace, checkpoint=None), gathered=None)
     again = hp.load_trace(bare.save(tmp_path / "walk.nc"))
     for name, where in (("summary", "Trace.gathered"), ("checkpoint", "Trace.run.checkpoint")):
-        with refused(hp.errors.ParameterError, where):
+        with refused(ParameterError, where):
             getattr(again, name)
-    from_samples = hp.walk_verdict(again)
-    assert (from_samples.robot_name, from_samples.holds) == (
-        "kharagpur",
-        hp.walk_verdict(trace).holds,
-    )
+    assert hp.walk_verdict(again).holds == hp.walk_verdict(trace).holds
 
 
 def test_a_value_that_breaks_no_rule_is_damage_all_the_same(saved, tmp_path):
@@ -155,12 +131,8 @@ def test_a_value_that_breaks_no_rule_is_damage_all_the_same(saved, tmp_path):
 
 
 SUMMARIES = {
-    "data.torque_p99[2] = 'x'": ("data", "torque_p99", 2, "x"),
-    "data.at_limit[0] = 2.0": ("data", "at_limit", 0, 2.0),
     "data.cycles = -1": ("data", "cycles", -1),
-    "run.numerics.method = 3": ("run", "numerics", "method", 3),
     "errors.torque_rms = [1.0]": ("errors", "torque_rms", [1.0]),
-    "counters.steps = 'x'": ("counters", "steps", "x"),
     "summary.joint_names[0] = 3": ("joint_names", 0, 3),
     "summary.data = []": ("data", []),
 }
@@ -183,48 +155,31 @@ def test_a_summary_that_breaks_its_schema_is_refused(about, trace, tmp_path):
 @pytest.mark.parametrize(
     ("changes", "name", "value", "allowed"),
     [
-        ({"time": None}, "checkpoint.time", "None", ()),
         ({"time": 1e300}, "checkpoint.time", "1e+300", (1e150,)),
         ({"q": [0.0] * 25}, "checkpoint.q", ANY, (1,)),
-        ({"v": [0.0]}, "checkpoint", ANY, (24, 25)),
         ({"contacts": [[0.0]]}, "checkpoint.contacts[0]", "[0.0]", (12, 6)),
-        ({"controller": ["x"]}, "checkpoint.controller[0]", "'x'", ()),
         ({"other": 1}, "checkpoint.other", "1", ()),
     ],
 )
 def test_a_checkpoint_that_breaks_its_schema_is_refused(changes, name, value, allowed, trace):
-    data = copy.deepcopy(trace.checkpoint.to_dict()) | changes
+    data = trace.checkpoint.to_dict() | changes
     with refused(ParameterError, name, value, allowed=allowed):
         hp.results.Checkpoint.from_dict(data)
     assert hp.results.Checkpoint.from_dict(trace.checkpoint.to_dict()).time == trace.time[-1]
 
 
 @pytest.mark.parametrize(
-    ("changes", "about"),
-    [
-        ({"impulse": 3}, ("checkpoint.impulse: ", "table")),
-        (
-            {"impulse": {"__array__": "O", "shape": [1], "data": [1]}},
-            ("checkpoint.impulse: __array__ = 'O'", "<f8"),
-        ),
-        (
-            {"impulse": {"__array__": "<f8", "shape": [2, 3], "data": [1]}},
-            ("checkpoint.impulse: ", "shape"),
-        ),
-        (
-            {"loop": {"a": {"__array__": "<f8", "shape": [1], "data": ["x"]}}},
-            ("checkpoint.loop.a.data: ",),
-        ),
-    ],
-)
-def test_an_array_of_a_checkpoint_that_is_none_is_refused(changes, about, trace):
-    data = copy.deepcopy(trace.checkpoint.to_dict()) | changes
-    with refused(StateError, about=about):
-        hp.results.Checkpoint.from_dict(data)
-    assert hp.results.Checkpoint.from_dict(trace.checkpoint.to_dict()).time == trace.time[-1]
+    ("kind", "shape", "data", "about"),
+    [("O", [1], [1], ("__array__ = 'O'", "<f8")), ("<f8", [2, 3], [1], ("shape",)),
+     ("<f8", [1], ["x"], (".data: ",))],
+)  # fmt: skip
+def test_an_array_of_a_checkpoint_that_is_none_is_refused(kind, shape, data, about, trace):
+    array = {"__array__": kind, "shape": shape, "data": data}
+    with refused(StateError, about=("checkpoint.loop.a", *about)):
+        hp.results.Checkpoint.from_dict(trace.checkpoint.to_dict() | {"loop": {"a": array}})
 
 
-@pytest.mark.parametrize("text", ["terrain = 3", "contact = 3", "loads = [1]", "servo = 1"])
+@pytest.mark.parametrize("text", ["terrain = 3", "loads = [1]"])
 def test_the_scene_of_a_case_is_checked(text: str, trace: hp.Trace) -> None:
     case = trace.case_toml.replace("[scene]\n", f"[scene]\n{text}\n", 1)
     with pytest.raises(HexapodError):

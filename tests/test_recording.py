@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -57,38 +56,26 @@ def test_what_is_recorded_is_the_same_to_the_bit(walk: hp.Case, whole: hp.Trace)
 
 @pytest.mark.parametrize(
     ("array", "name", "group"),
-    [("torque", "torque", "torque"), ("q_ref", "q_ref", "set_points"), ("com", "com", "com"),
-     ("contact", "foot_force", "contacts"), ("energy_residual", "energy", "energy"),
-     ("foot_force", "foot_force", "contacts")],
+    [("q_ref", "q_ref", "set_points"), ("contact", "foot_force", "contacts"),
+     ("energy_residual", "energy", "energy")],
 )  # fmt: skip
 def test_what_is_missing_is_said_with_what_to_record(
     motion: hp.Trace, array: str, name: str, group: str
 ) -> None:
     with refused(NotRecordedError, name, record=[group], about=(f"--record {group}`",)):
         getattr(motion, array)
-    with refused(AttributeError, about=("'torques'",)):
-        _ = motion.torques  # type: ignore[attr-defined]
 
 
 def test_a_partial_trace_goes_through_its_file(motion: hp.Trace, tmp_path: Path) -> None:
     again = hp.load_trace(motion.save(tmp_path / "walk.nc"))
     assert again == motion
     assert again.recorded == ("motion",)
-    assert "recorded motion" in repr(again)
-    assert {"q", "v", "time"} <= set(again.group().columns)
-    assert not {"torque", "contact", "energy_residual"} & set(again.group().columns)
     assert hp.load_case(again).record == ()
 
 
 def test_budget_and_summary_need_no_samples(motion: hp.Trace, whole: hp.Trace) -> None:
-    """Both stand on what was gathered at accepted steps."""
     assert hp.torque_budget(motion).table() == hp.torque_budget(whole).table()
     assert motion.summary.data == whole.summary.data
-
-
-def test_margins_ask_for_contacts(motion: hp.Trace) -> None:
-    with refused(NotRecordedError, record=["contacts"], about=("--record contacts`",)):
-        hp.stability(motion)
 
 
 def test_a_playback_without_contacts_has_no_arrows(motion: hp.Trace, tmp_path: Path) -> None:
@@ -109,22 +96,18 @@ def test_a_session_and_a_feedback_controller_record_what_they_are_told(scene: hp
 
 def test_a_choice_is_part_of_the_case(walk: hp.Case) -> None:
     """Cases that name nothing stay as they were; one that names everything is one of them."""
-    settings = {"duration": 1.0, "accuracy": 1e-3}
-    plain = hp.Case(walk.scene, walk.controller, **settings)
-    every = hp.Case(walk.scene, walk.controller, **settings, record=list(
-        ("torque", "set_points", "contacts", "com", "energy")))  # fmt: skip
-    some = hp.Case(walk.scene, walk.controller, **settings, record=["energy", "torque"])
+
+    def case(**more: list[str]) -> hp.Case:
+        return hp.Case(walk.scene, walk.controller, duration=1.0, accuracy=1e-3, **more)
+
+    plain, some = case(), case(record=["energy", "torque"])
     assert "record" not in plain.to_toml()
-    assert every == plain
-    assert some != plain
+    assert case(record=["torque", "set_points", "contacts", "com", "energy"]) == plain != some
     again = hp.Case.from_toml(some.to_toml())
-    assert again == some
-    assert again.record == ("torque", "energy")
+    assert again == some and again.record == ("torque", "energy")
 
 
-@pytest.mark.parametrize(
-    ("bad", "value"), [(["forces"], "forces"), ("torque", "torque"), ([3], 3), (5, 5)]
-)
+@pytest.mark.parametrize(("bad", "value"), [(["forces"], "forces"), ("torque", "torque")])
 def test_a_bad_choice_is_refused(walk: hp.Case, bad: object, value: object) -> None:
     with refused(ParameterError, "record", value, about=("contacts, com, energy",)):
         hp.Case(walk.scene, walk.controller, duration=1.0, record=bad)  # type: ignore[arg-type]
@@ -136,25 +119,10 @@ def test_a_group_is_there_as_a_whole(whole: hp.Trace) -> None:
     rest = {"counters": {}, "joint_names": whole.joint_names, "foot_names": whole.foot_names}
     with refused(ParameterError, "Trace.foot_gap", None):
         hp.Trace(**{**arrays, "foot_gap": None}, energy=whole.energy, **rest)
-    with refused(ParameterError, "Trace.q", None):
-        hp.Trace(**{**arrays, "q": None}, energy=whole.energy, **rest)
 
 
-def test_a_file_is_smaller_than_its_samples(
-    whole: hp.Trace, motion: hp.Trace, tmp_path: Path
-) -> None:
+def test_a_file_is_smaller_than_its_samples(whole: hp.Trace, tmp_path: Path) -> None:
     """Measured: 0.74 of its columns' bytes here, 0.57 for longer walks with more samples."""
     size = sum(column.values.nbytes for column in whole.group().columns.values())
     stored = whole.save(tmp_path / "whole.nc").stat().st_size
-    least = motion.save(tmp_path / "motion.nc").stat().st_size
     assert stored < 0.8 * size
-    assert least < 0.45 * stored
-
-
-def test_a_case_without_a_controller_is_whole() -> None:
-    """Of a run whose controller is not known it has the scene, and an empty controller."""
-    scene = hp.Scene(hp.load_robot("kharagpur"))
-    known = hp.simulate(scene, hp.HoldPosture(), duration=0.01, estimate=False).run.case
-    case = replace(known, controller_data=None)
-    assert case.controller == {} == case.data["controller"]
-    assert case.data["scene"] == known.data["scene"]
