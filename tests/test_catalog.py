@@ -15,7 +15,7 @@ from hexapod_pin.errors import CatalogError, ParameterError, UnknownNameError
 CATALOG = hp.load_catalog()
 
 
-def test_rows_and_values_of_the_catalogue() -> None:
+def test_rows_of_the_catalogue() -> None:
     """Each row has its source, each price a currency, a day and a source; AX-12A as published."""
     record = CATALOG.get("ax-12a")
     assert (record.name, record.stall_torque) == ("AX-12A at 12 V", 1.5)
@@ -27,74 +27,55 @@ def test_rows_and_values_of_the_catalogue() -> None:
     assert all(r.armature_source for r in CATALOG if r.armature is not None)
     priced = [record for record in CATALOG if record.price is not None]
     assert all(r.currency == "USD" and r.price_date and r.price_source for r in priced)
-    assert CATALOG.get("MX-64", 12.0).buses == ("TTL", "RS-485")
     assert {name for r in CATALOG for name in r.buses} == {"TTL", "RS-485", "PWM", "CAN"}
 
 
 def test_flaws_of_rows_are_reported() -> None:
     """Eight rows imply an efficiency above one; others lack speed or mass; MG996R is uncertain."""
-    flagged = {r.name: r for r in CATALOG if any("inconsistent" in flag for flag in r.flags)}
-    assert len(flagged) == 8
-    worst = flagged["XC430-W150 at 12 V"]
+    assert sum(any("inconsistent" in flag for flag in record.flags) for record in CATALOG) == 8
+    worst = CATALOG.get("XC430-W150", 12.0)
     assert worst.implied_efficiency == pytest.approx(1.6 / 1.4 * 11.1003 / 12, rel=1e-12)
-    assert "1.06" in worst.flags[0]
-    assert worst.unusable is None  # its line is as published
+    assert "1.06" in worst.flags[0] and worst.unusable is None  # its line is as published
     assert "bench test" in CATALOG.get("MG996R").flags[0]
     lame = CATALOG.get("HerkuleX DRS-0201")
     assert {"no no-load speed is known", "no mass is known"} <= set(lame.flags)
-    assert "no torque-speed line" in str(lame.unusable)
     with refused(ParameterError, "MotorRecord.no_load_speed", None):
         lame.motor()
-    assert "no mass" in str(CATALOG.get("STS3250").unusable)
-    assert CATALOG.get("STS3250").motor().stall_torque == 4.903
     assert {r.model for r in CATALOG if r.unusable} == {"HerkuleX DRS-0201", "STS3250", "SCS15"}
 
 
-@pytest.mark.parametrize(
-    ("numbers", "name", "about"),
-    [
-        ({"stall_torque": 4100.0, "mass": 0.082}, "stall_torque", "4100 N mm"),
-        ({"stall_torque": 4.1, "mass": 82.0}, "stall_torque", "82 g"),
-        ({"stall_torque": 4.1, "no_load_speed": 110.0}, "no_load_speed", "11.5 rad/s"),
-    ],
-)
-def test_a_number_in_another_unit_is_refused(
-    numbers: dict[str, float], name: str, about: str
-) -> None:
+def test_a_number_in_another_unit_is_refused() -> None:
     """The error names the likely unit; quasi-direct drives (37 and 45 N m/kg) pass."""
-    with refused(ParameterError, name, numbers[name], about=(about,)):
-        hp.sizing.MotorRecord(model="M", voltage=12.0, **numbers)
+    for name, value, other, about in (
+        ("stall_torque", 4100.0, {"mass": 0.082}, "4100 N mm"),
+        ("no_load_speed", 110.0, {"stall_torque": 4.1}, "11.5 rad/s"),
+    ):
+        with refused(ParameterError, name, value, about=(about,)):
+            hp.sizing.MotorRecord(model="M", voltage=12.0, **{name: value}, **other)
     for torque, mass in ((18.0, 0.485), (23.7, 0.53)):
         hp.sizing.MotorRecord(model="Q", voltage=24.0, stall_torque=torque, mass=mass)
 
 
 def test_motor_is_the_line_of_the_row() -> None:
-    """Currents do not touch the line."""
-    record = CATALOG.get("AX-12A")
-    motor = record.motor(0.9)
-    assert (motor.stall_torque, motor.no_load_speed) == (1.5, 6.1785)
-    assert (motor.voltage_ratio, motor.gear_ratio) == (0.9, 254.0)
-    assert motor.armature == pytest.approx(record.joint_armature, rel=1e-12)
+    """Currents do not touch the line; a torque constant is for those that a run records."""
     record = CATALOG.get("XC430-W150", 12.0)
-    other = record.model_copy(update={"stall_current": 100.0, "torque_constant": 1.0})
-    driven = other.motor(0.8)
-    assert driven.torque_constant == 1.0  # for the currents that a run can record
-    assert driven.model_copy(update={"torque_constant": None}) == record.motor(0.8)
+    other = record.model_copy(update={"stall_current": 100.0, "torque_constant": 1.0}).motor(0.8)
+    assert (other.stall_torque, other.no_load_speed) == (record.stall_torque, record.no_load_speed)
+    assert (other.voltage_ratio, other.torque_constant) == (0.8, 1.0)
+    assert other.armature == pytest.approx(record.joint_armature, rel=1e-12)
+    assert other.model_copy(update={"torque_constant": None}) == record.motor(0.8)
 
 
 def test_armature_is_published_or_estimated() -> None:
     """Estimates have the time constants of rows with a published one (MX-64: 0.0123 kg m^2)."""
     record = CATALOG.get("MX-64", 12.0)
-    assert record.assumed == ()
-    assert "bam" in record.armature_source
+    assert record.assumed == () and "bam" in record.armature_source
     assert record.motor().rotor_inertia == pytest.approx(0.0123 / 200**2, rel=1e-12)
-    assert record.motor().armature == pytest.approx(0.0123, rel=1e-12)
     times: dict[str, list[float]] = {}
     for record in CATALOG:
         if (time := armature.mechanical_time(record)) is not None:
             times.setdefault(record.model, []).append(time)
     middle = {model: median(values) for model, values in times.items()}
-    assert set(middle) == {"MX-64", "MX-106", "XL-320", "XL330-M288", "STS3215", "AK80-6"}
     coreless = (middle["MX-64"] + middle["MX-106"]) / 2
     cored = median(middle[m] for m in ("XL-320", "XL330-M288", "STS3215"))
     assert pytest.approx(coreless, rel=0.03) == armature.CORELESS_TIME  # two digits are stated
@@ -106,61 +87,42 @@ def test_armature_is_published_or_estimated() -> None:
 
 def test_names_and_voltages() -> None:
     """A model with several voltages wants one; a supply between the rows takes the nearest."""
-    assert CATALOG.get("XM430-W350", 14.8).stall_torque == 4.8
     assert CATALOG.get("xm430-w350 at 11.1 v").stall_torque == 3.8
-    for voltage in (None, 13.0):
-        with refused(
-            ParameterError, "voltage", voltage,
-            allowed=(11.1, 12.0, 14.8), about=("'XM430-W350 at 11.1 V'",),
-        ):  # fmt: skip
-            CATALOG.get("XM430-W350", voltage)
+    allowed, hint = (11.1, 12.0, 14.8), ("'XM430-W350 at 11.1 V'",)
+    with refused(ParameterError, "voltage", 13.0, allowed=allowed, about=hint):
+        CATALOG.get("XM430-W350", 13.0)
     assert CATALOG.usual("XM430-W350").voltage == 12.0
     assert CATALOG.usual("XM430-W350 at 14.8 V") is CATALOG.usual("XM430-W350", 14.8)
     with refused(UnknownNameError, kind="motor", name="AX-12B", known=CATALOG.models):
         CATALOG.get("AX-12B")
     record, ratio = CATALOG.supplied("XM430-W350", 13.0)
     assert (record.voltage, ratio) == (12.0, pytest.approx(13 / 12, rel=1e-15))
-    assert CATALOG.supplied("AX-12A", 12.0)[1] == 1.0
     with refused(ParameterError, "voltage", 7.4, allowed=(10.0, 14.8)):
         CATALOG.supplied("XM430-W350", 7.4)
-    found = hp.load_catalog().at(24.0)
-    assert len(found) == 6 and all(row.voltage == 24.0 for row in found)
+    assert {row.voltage for row in CATALOG.at(24.0)} == {24.0}
     with refused(ParameterError, "voltage", 13.37, allowed=(12.0, 14.8, 24.0)):
-        hp.load_catalog().at(13.37)
+        CATALOG.at(13.37)
 
 
 def test_derating() -> None:
     """A fifth of stall of every maker, whatever it rates its motors at; evidence for each."""
     derating = hp.sizing.Derating()
     assert (derating.peak, derating.continuous, derating.voltage) == (0.8, 0.2, 0.9)
-    assert derating.continuous_torque(CATALOG.get("AX-12A")) == pytest.approx(0.3, rel=1e-12)
-    rated = CATALOG.get("STS3215-C018")
+    rated = CATALOG.get("STS3215-C018")  # 0.981 N m
     assert derating.continuous_torque(rated) == pytest.approx(0.2 * 2.942)
-    assert rated.rated_torque == 0.981  # for comparison alone
     assert any("1/5" in line and "e-Manual" in line for line in derating.evidence)
-    assert sum("*assumed*" in line for line in derating.evidence) == 2
     mine = hp.sizing.Derating(continuous=0.5)
     assert "continuous 0.5: stated by the user" in mine.evidence
-    assert not any("1/5" in line for line in mine.evidence)
-    assert mine.continuous_torque(CATALOG.get("AX-12A")) == 0.75
-
-
-@pytest.mark.parametrize(("field", "value"), [("peak", 0.0), ("voltage", 1.1)])
-def test_derating_is_a_share(field: str, value: float) -> None:
-    with refused(ParameterError, f"Derating.{field}", value):
-        hp.sizing.Derating(**{field: value})
+    with refused(ParameterError, "Derating.voltage", 1.1):
+        hp.sizing.Derating(voltage=1.1)
 
 
 def test_the_catalogue_is_written_and_shown(tmp_path: Path) -> None:
     """Every record to the bit; the table of docs/motors.md is that of the package's file."""
     page = (Path(__file__).parents[1] / "docs" / "motors.md").read_text(encoding="utf-8")
     assert page.endswith(f"\n\n{CATALOG.table()}\n")
-    numbers = "11.1 / 12 / 14.8 | 5.5 / 6 / 7.3 | 6.07 / 6.6 / 8.17 |  | 135 | 12 |  |  |"
-    assert f"| MX-64 | TTL/RS-485 | {numbers}" in page.splitlines()
-    path = CATALOG.save(tmp_path / "mine.csv")
-    again = hp.load_catalog(path)
+    again = hp.load_catalog(CATALOG.save(tmp_path / "mine.csv"))
     assert again.records == CATALOG.records
-    assert again.source == str(path)
     there = str(tmp_path / "none" / "mine.csv")
     with refused(CatalogError, source=there, line=0, column="", value=there):
         CATALOG.save(there)
@@ -218,7 +180,6 @@ FAULTS = [  # the file, and line, column and value of its one fault with what it
     ((HEADER, "A,12,1.5,6"), 2, "", "4 cells", ("5",)),
     ((MORE, f"{GOOD},9,11,,,,,,"), 2, "voltage_V", 12.0, ("voltage_min", "9", "voltage_max", "11")),
     ((MORE, f"{GOOD},,,1600,,,,,"), 2, "rated_torque_mNm", pytest.approx(1600.0), ("1.5",)),
-    ((MORE, f"{GOOD},,,,0.01,,,,"), 2, "armature_source", "", ()),
     ((MORE, f"{GOOD},,,,,,10,,"), 2, "currency", "", ()),
     ((MORE, f"{GOOD},,,,,,,,60"), 2, "no_load_speed_rpm", 60.0, ("no_load_speed_rad_s", "57.3")),
     ((HEADER.replace(",mass_kg", ""), GOOD), 1, "mass_kg", "", ("mass_g",)),
@@ -249,10 +210,8 @@ def test_all_bad_rows_are_reported_at_once(tmp_path: Path) -> None:
     with refused(CatalogError, source=str(path)) as caught:
         hp.load_catalog(path)
     assert [fault.line for fault in caught.value.faults] == [3, 4, 5]
-    assert len(str(caught.value).splitlines()) == 3
     twice = caught.value.faults[1]
-    assert (twice.column, twice.value) == ("model", "a at 12 V")
-    assert "2" in twice.hint.split()
+    assert (twice.column, twice.value) == ("model", "a at 12 V") and "2" in twice.hint.split()
 
 
 def test_files_that_cannot_be_read(tmp_path: Path) -> None:

@@ -39,15 +39,12 @@ def both(*breaks: Break) -> Break:
 
 TOGETHER: dict[str, tuple[Break, str, str]] = {
     "mass below 0": (put("link lf_coxa/inertial/mass", value="-1"), "unreadable mass", "lf_coxa"),
-    "mass nan": (put("link lm_coxa/inertial/mass", value="nan"), "unreadable mass", "lm_coxa"),
     "comma": (put("link lr_coxa/inertial/mass", value="0,1"), "unreadable mass", "lr_coxa"),
     "no mass": (remove("link rf_coxa/inertial/mass"), "unreadable mass", "rf_coxa"),
     "zero mass": (put("link rm_coxa/inertial/mass", value="0"), "zero mass", "rm_coxa"),
     "no inertial": (remove("link rr_coxa/inertial"), "no inertial", "rr_coxa"),
     "izz missing": (unset("link lf_femur/inertial/inertia", "izz"), "unreadable inertial",
                     "lf_femur"),
-    "centre of mass": (put("link lm_femur/inertial/origin", xyz="0 a 0"), "unreadable inertial",
-                       "lm_femur"),
     "ixx below 0": (put("link lr_femur/inertial/inertia", ixx="-1e-5"), "impossible inertia",
                     "lr_femur"),
     "triangle": (put("link rf_femur/inertial/inertia", izz="9e-4"), "impossible inertia",
@@ -97,7 +94,6 @@ TOGETHER: dict[str, tuple[Break, str, str]] = {
     "unknown type": (put("joint rm_foot_joint", type="hinge"), "unknown joint type",
                      "rm_foot_joint"),
     "zero axis": (put("joint rf_tibia_joint/axis", xyz="0 0 0"), "zero axis", "rf_tibia_joint"),
-    "axis of two": (put("joint rm_tibia_joint/axis", xyz="0 1"), "zero axis", "rm_tibia_joint"),
     "long axis": (put("joint rr_tibia_joint/axis", xyz="0 10 0"), "axis not of unit length",
                   "rr_tibia_joint"),
     "mimic": (add("joint rr_tibia_joint", '<mimic joint="lf_coxa_joint"/>'), "coupled joint",
@@ -150,48 +146,21 @@ def lengths(factor: float) -> Break:
 
 
 def degrees(root: ET.Element) -> None:
-    """Write the limits of all joints in degrees."""
     for end in ("lower", "upper"):
         scale("joint", "limit", end, 57.29577951)(root)
 
 
+UNLIKE = "unlike the other legs"
 ALONE: dict[str, tuple[Break, str, str]] = {
     "reserved": (put("joint rr_coxa_joint", name="root_joint"), "reserved name", "root_joint"),
     "loop": (loop, "loop", "lf_coxa"),
     "world": (floor, "fixed to the world", "world"),
     "millimetres": (lengths(1e3), "joints in mm", "robot"),
     "inches": (lengths(1.0 / 0.0254), "joints in inches", "robot"),
-    "centimetres": (lengths(1e2), "joints in cm", "robot"),
-    "boxes in inches": (
-        scale("link", "visual/geometry/box", "size", 1.0 / 0.0254),
-        "shapes in inches",
-        "robot",
-    ),
-    "3 kg on a leg": (
-        put("link lf_tibia/inertial/mass", value="3"),
-        "unlike the other legs",
-        "lf_tibia",
-    ),
-    "an axis": (
-        put("joint rf_tibia_joint/axis", xyz="0 -1 0"),
-        "unlike the other legs",
-        "rf_tibia_joint",
-    ),
-    "a weak joint": (
-        put("joint rm_femur_joint/limit", effort="1.5"),
-        "unlike the other legs",
-        "rm_femur_joint",
-    ),
-    "damping in another unit": (
-        every("joint", "dynamics", damping="2"),
-        "absurd resistance",
-        "lf_coxa_joint",
-    ),
-    "friction of 20 N m": (
-        every("joint", "dynamics", friction="20"),
-        "absurd resistance",
-        "lf_coxa_joint",
-    ),
+    "3 kg on a leg": (put("link lf_tibia/inertial/mass", value="3"), UNLIKE, "lf_tibia"),
+    "an axis": (put("joint rf_tibia_joint/axis", xyz="0 -1 0"), UNLIKE, "rf_tibia_joint"),
+    "a weak joint": (put("joint rm_femur_joint/limit", effort="1.5"), UNLIKE, "rm_femur_joint"),
+    "all damping": (every("joint", "dynamics", damping="2"), "absurd resistance", "lf_coxa_joint"),
     "centres in mm": (scale("link", "inertial/origin", "xyz", 1e3), "inertials in mm", "robot"),
     "boxes in mm": (scale("link", "visual/geometry/box", "size", 1e3), "shapes in mm", "robot"),
     "grams": (scale("link", "inertial/mass", "value", 1e3), "masses in g", "robot"),
@@ -252,10 +221,8 @@ def test_odd_attributes_are_no_traceback() -> None:
     for seed in range(40):
         rng, root = random.Random(seed), parse_urdf(SOUND.encode(), "x").root
         for _ in range(rng.randint(1, 30)):
-            parents = [x for x in root.iter() if len(x)]
-            parent = rng.choice(parents)
-            child = rng.choice(list(parent))
-            action = rng.random()
+            parent = rng.choice([x for x in root.iter() if len(x)])
+            child, action = rng.choice(list(parent)), rng.random()
             if action < 0.1:
                 parent.remove(child)
             elif action < 0.2:

@@ -1,4 +1,4 @@
-"""Options on the command line: names of motors, how a robot is loaded, its hints file."""
+"""Options on the command line: motors, how a robot is loaded, and their names in errors."""
 
 from __future__ import annotations
 
@@ -6,23 +6,23 @@ import math
 from pathlib import Path
 
 import pytest
-from broken_urdfs import broken, every
 from conftest import Run
 from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.commands.loading_options import load_options
-from hexapod_pin.commands.options import chosen_motor, speed_limit, torque_limit
-from hexapod_pin.errors import ParameterError
-from hexapod_pin.robot.loading.load_options import LoadOptions, hints_path, read_hints
+from hexapod_pin.commands.options import chosen_motor, in_options, speed_limit, torque_limit
+from hexapod_pin.errors import GaitError, HexapodError, ParameterError, UrdfError
+from hexapod_pin.robot.loading.load_options import LoadOptions, read_hints
 
 WALK = ("walk", "kharagpur", "--duration", "0.1", "--accuracy", "1e-2", "--no-html")
-WALK_CASE = (*WALK, "--full", "--save-case", "case.toml", "--motor")
 
 
 def test_walk_with_a_motor(run: Run, tmp_path: Path) -> None:
     """13 V on the row of 12 V are 13/12 of stall torque and no-load speed."""
-    done = run(*WALK_CASE, "XM430-W350", "--voltage", "13")
+    done = run(
+        *WALK, "--full", "--save-case", "case.toml", "--motor", "XM430-W350", "--voltage", "13"
+    )
     assert "assumed: rotor inertia" in done.out
     assert "stall torque 4.442 N m, no-load speed 5.219 rad/s" in done.out
     motor = hp.load_case(tmp_path / "case.toml").scene.servo.motor
@@ -44,25 +44,10 @@ def test_refused(run: Run, options: tuple[str, ...], text: str) -> None:
     assert text in done.err
 
 
-def test_limits_of_a_repaired_file(run: Run, tmp_path: Path) -> None:
-    """A motor's stall torque as effort and its no-load speed as velocity."""
-    (tmp_path / "bad.urdf").write_text(
-        broken(every("joint", "limit", velocity="0", effort="0")).text
-    )
-    motor = ("--effort", "AX-12A", "--velocity", "mx-64 at 12 V")
-    assert run("repair", "bad.urdf", "-o", "good.urdf", *motor).status == 0
-    robot = hp.load_robot(tmp_path / "good.urdf")
-    assert robot.effort_limit == pytest.approx(1.5, rel=1e-12)
-    assert robot.velocity_limit == pytest.approx(6.5973, rel=1e-12)
-
-
 def test_numbers_and_names() -> None:
     """A number stays one; a name is looked up; the rest is refused with what there is."""
-    assert torque_limit("2.5") == 2.5
-    assert speed_limit(" 1e1 ") == 10.0
-    assert torque_limit("MG996R") == 1.079
-    assert speed_limit("MG996R") == 6.1575
-    assert torque_limit(None) is speed_limit(None) is None
+    assert (torque_limit("2.5"), torque_limit("MG996R"), torque_limit(None)) == (2.5, 1.079, None)
+    assert (speed_limit(" 1e1 "), speed_limit("MG996R")) == (10.0, 6.1575)
     with refused(ParameterError, "--effort", "strong"):
         torque_limit("strong")
     with refused(ParameterError, "--velocity", "HerkuleX DRS-0201"):
@@ -71,41 +56,17 @@ def test_numbers_and_names() -> None:
     several = chosen_motor("MX-64", None, None)
     assert several.record.name == "MX-64 at 12 V"
     assert "supply of 12 V (--voltage)" in several.assumed
-    assert several.motor.mass == 0.135  # so its torque is not taken for kgf cm
     assert chosen_motor("MX-64 at 12 V", None, None).assumed == several.assumed[:-1]
 
 
-# how a robot is loaded ------------------------------------------------------------------------
-
-
-def test_options_are_data() -> None:
-    """Arguments go before hints."""
-    hints = LoadOptions(forward="y", foot_radius=0.01, package_path=("a",))
-    both = LoadOptions(forward="-x", repair=True).over(hints)
-    assert both == LoadOptions(forward="-x", foot_radius=0.01, package_path=("a",), repair=True)
-    options = LoadOptions(legs={"lf": ("a", "b")}, posture={"a": 0.1}, xacro_args={"n": "1"})
-    assert LoadOptions(**options.given()) == options
-    assert LoadOptions().given() == {}
-
-
-@pytest.mark.parametrize("name", ["robot.urdf", "robot.urdf.xacro"])
-def test_hints_stand_beside_the_file(tmp_path: Path, name: str) -> None:
-    (tmp_path / "robot.hints.toml").write_text('forward = "y"\n[posture]\na = 0.5\n')
-    assert hints_path(tmp_path / name) == tmp_path / "robot.hints.toml"
-    assert read_hints(tmp_path / name) == LoadOptions(forward="y", posture={"a": 0.5})
-    assert read_hints(tmp_path / "other.urdf") == LoadOptions()
-
-
-@pytest.mark.parametrize(
-    ("text", "name", "value"),
-    [
-        ("forwards = 1", "LoadOptions.forwards", 1), ("forward = ", "TOML text", "forward = "),
-    ],
-)  # fmt: skip
-def test_a_bad_hints_file_is_named(tmp_path: Path, text: str, name: str, value: object) -> None:
+def test_hints_stand_beside_the_file(tmp_path: Path) -> None:
     hints = tmp_path / "robot.hints.toml"
-    hints.write_text(text)
-    with refused(ParameterError, name, value, about=(str(hints),)):
+    hints.write_text('forward = "y"\n[posture]\na = 0.5\n')
+    for name in ("robot.urdf", "robot.urdf.xacro"):
+        assert read_hints(tmp_path / name) == LoadOptions(forward="y", posture={"a": 0.5})
+    assert read_hints(tmp_path / "other.urdf") == LoadOptions()
+    hints.write_text("forwards = 1")
+    with refused(ParameterError, "LoadOptions.forwards", 1, about=(str(hints),)):
         read_hints(tmp_path / "robot.urdf")
 
 
@@ -128,3 +89,52 @@ def test_the_command_line_speaks_degrees() -> None:
 def test_a_text_of_another_form_names_its_option(given: dict, name: str, value: object) -> None:
     with refused(ParameterError, name, value):
         load_options(**given)
+
+
+# names of options in errors --------------------------------------------------------------------
+
+OPTIONS = {
+    name: f"--{name.replace('_', '-')}" for name in (
+        "feet", "foot_radius", "cycle_time", "turn_rate", "heading", "method", "record"
+    )
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("error", "message"),
+    [
+        (ParameterError("Gait.cycle_time", 0.0, "above 0"), "--cycle-time = 0.0: must be above 0."),
+        (ParameterError("Payload.mass", -1.0, "at least 0"), "Payload.mass = -1.0:"),
+        (UrdfError("a.urdf", ["give feet=[...], the links"]), "give --feet a,b,c, the links"),
+        (HexapodError("try method='robust' or accuracy=1e-5"), "try --method robust or accuracy="),
+        (HexapodError("again with record=['com', 'energy']."), "again with --record com,energy."),
+        (
+            GaitError("at 2 rad/s. turn_rate can be at most 0.1 rad/s.", "turn_rate", 0.1),
+            "at 2 rad/s. --turn-rate can be at most 5.73 degrees/s.",
+        ),
+    ],
+)
+def test_arguments_become_options_where_the_command_has_them(
+    error: HexapodError, message: str
+) -> None:
+    assert message in in_options(error, OPTIONS)
+    assert in_options(error, {}) == str(error)
+
+
+def test_a_command_and_python_name_the_same(tmp_path: Path, run: Run) -> None:
+    """From the command line `--feet`, from Python `feet=`."""
+    path = tmp_path / "box.urdf"
+    path.write_text(
+        '<robot name="box"><link name="base"><inertial><mass value="1"/><inertia ixx="1" iyy="1" '
+        'izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>'
+    )
+    done = run("walk", "box.urdf", "--no-html")
+    assert done.status == 2 and "--feet a,b,c" in done.err and "feet=" not in done.err
+    with refused(UrdfError, source=str(path), about=("feet=[...]",)):
+        hp.load_robot(path)
+    for option, value, says in (
+        ("--record", "forces", "--record = 'forces'"),
+        ("--out", "walk.txt", "must end in .nc, .h5, .hdf5, .csv, .csv.gz"),
+    ):
+        done = run("walk", "kharagpur", "--no-html", option, value)
+        assert done.status == 2 and says in done.err and done.left == ["box.urdf"]
