@@ -1,22 +1,25 @@
-"""A motor compared with a demand: its line in all quadrants, margins, gear, verdict, text."""
+"""What joints demand of motors and battery: closed forms, and a walk from its arrays."""
 
 from __future__ import annotations
 
 import json
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.errors import ParameterError, UnknownNameError
+from hexapod_pin.results.recorded_robot import RecordedRobot
 from tests.sizing_cases import OMEGA, cycle, demand, full, of_motion, pure_inertia, record, walk
+
+ROOT2 = np.sqrt(2.0)
 
 
 def use(torque: float, speed: float, **derating: float) -> hp.sizing.MotorUse:
     """Return what a constant torque at a constant speed takes of the motor of 2 N m, 8 rad/s."""
-    time = cycle(10)
-    found = of_motion(np.full(11, torque), np.full(11, speed), time)
+    found = of_motion(np.full(11, torque), np.full(11, speed), cycle(10))
     return hp.motor_budget(found, record(), full(**derating)).joints[0]
 
 
@@ -86,14 +89,6 @@ def test_the_best_gear_ratio_beside_a_weight_and_below_the_speed_limit() -> None
     assert unknown.optimal_ratio is None and unknown.armature == 0.01
 
 
-def test_moving_rms_needs_a_time_constant() -> None:
-    found = of_motion(np.repeat([1.5, 0.0], [1001, 1000]), np.zeros(2001), cycle())
-    assert hp.motor_budget(found, record(), full()).joints[0].thermal_use is None
-    known = hp.motor_budget(found, record(thermal_time_winding=0.2), full()).joints[0]
-    assert known.thermal_use == pytest.approx(found.thermal_rms(0.2)[0] / 2.0)
-    assert known.thermal_use > known.continuous_use
-
-
 def test_a_walk_held_against_a_motor_again_from_its_arrays() -> None:
     """Sample by sample, with the motor's two lines written out; peaks between samples add to it."""
     found, motor = demand(), record(stall_torque=4.0)
@@ -114,9 +109,7 @@ def test_a_walk_held_against_a_motor_again_from_its_arrays() -> None:
     outside = (found.torque > upper) | (found.torque < lower)
     assert [r.outside_share for r in budget.joints] == pytest.approx(outside.mean(axis=0), abs=2e-3)
     worst = budget.kind("femur")
-    femurs = [row for row in budget.joints if row.kind == "femur"]
-    assert worst.peak_use == max(row.peak_use for row in femurs)
-    assert worst.margin == min(row.margin for row in femurs)
+    assert worst.peak_use == max(row.peak_use for row in budget.joints if row.kind == "femur")
     assert budget.joint(worst.worst["peak_use"]).peak_use == worst.peak_use
     assert budget.robot.deciding_use == max(row.deciding_use for row in budget.kinds)
 
@@ -147,3 +140,202 @@ def test_the_text_and_the_data_say_why_it_fails_and_what_is_unknown() -> None:
     huge = record(stall_torque=80.0, no_load_speed=30.0, stall_current=300.0, mass=1.6)
     strong = hp.motor_budget(demand(), huge)
     assert strong.passes and not strong.reasons and "PASSES" in strong.table()
+
+
+# what joints demand ----------------------------------------------------------------------------
+
+
+def test_a_swinging_inertia_has_its_closed_form() -> None:
+    """Peaks at samples; the trapezoidal rule over whole periods is exact; energy from J w^2 / 2."""
+    inertia, amplitude = 0.02, 0.5
+    found = pure_inertia(inertia, amplitude)
+    peak, speed = inertia * amplitude * OMEGA**2, amplitude * OMEGA
+    assert found.torque_peak == pytest.approx([peak], rel=1e-12)
+    assert found.torque_peak_time == pytest.approx([0.25], abs=1e-3)
+    assert found.torque_rms == pytest.approx([peak / ROOT2], rel=1e-9)
+    assert found.speed_peak == pytest.approx([speed], rel=1e-12)
+    assert found.speed_rms == pytest.approx([speed / ROOT2], rel=1e-9)
+    assert found.power_peak == pytest.approx([peak * speed / 2.0], rel=1e-5)
+    energy = 2 * inertia * speed**2 / 2.0  # gained and lost twice a cycle
+    assert found.positive_energy == pytest.approx([energy], rel=1e-5)
+    assert found.negative_energy == pytest.approx([-energy], rel=1e-5)
+    p99 = peak * np.sin(0.99 * np.pi / 2.0)
+    assert found.torque_p99 == pytest.approx([p99], rel=1e-4)
+    assert found.acceleration_rms == pytest.approx([amplitude * OMEGA**2 / ROOT2], rel=1e-5)
+    mean = inertia * (amplitude * OMEGA**2) ** 2 / 2.0
+    assert found.torque_acceleration == pytest.approx([mean], rel=1e-5)
+
+
+def test_moving_rms_of_a_pulse() -> None:
+    """Torques 1 and -3 for a fifth of the time: the lag rises to (1 - e^-a) / (1 - e^-b).
+
+    a = 0.2 s / constant, b = 1 s / constant; the pulse's ramps last one sample of 1/20000 s.
+    """
+    time = cycle(20000)
+    torque = np.outer(time < 0.2, [1.0, -3.0])
+    found = of_motion(torque, 0.0 * torque, time)
+    for constant in (0.05, 2.0):
+        root = np.sqrt(np.expm1(-0.2 / constant) / np.expm1(-1.0 / constant))
+        assert found.thermal_rms(constant) == pytest.approx([root, 3.0 * root], rel=3e-4)
+    assert found.thermal_rms(1e-5) == pytest.approx([1.0, 3.0], rel=1e-6)
+    with refused(ParameterError, "time_constant", 0.0):
+        found.thermal_rms(0.0)
+
+
+def test_another_rotor_at_the_same_motion() -> None:
+    """The torque of an inertia J with a rotor J_m is that of J + J_m; what it has counts."""
+    found = pure_inertia(0.02)
+    assert found.torque_rms_with_armature(0.03) == pytest.approx(2.5 * found.torque_rms, rel=1e-4)
+    own = pure_inertia(0.02, armature=0.005)  # 0.015 of load, 0.005 of rotor
+    assert own.torque_rms_with_armature(0.005) == pytest.approx(own.torque_rms, rel=1e-12)
+    assert own.torque_rms_with_armature(0.0) == pytest.approx(0.75 * own.torque_rms, rel=1e-4)
+
+
+def test_the_load_inertia_of_a_walk_is_what_inverse_dynamics_asks_for() -> None:
+    """RNEA with one joint accelerated alone, less the same at rest; the rotor is not in it."""
+    trace, found = walk(), demand()
+    robot = RecordedRobot.of(trace)
+    model, data = robot.model, robot.model.createData()
+    assert found.armature == pytest.approx(np.full(18, 1e-3), rel=1e-12)
+    for joint in (0, 7, 17):
+        unit = np.zeros(model.nv)
+        unit[6 + joint] = 1.0
+        still = 0 * unit
+        inertia = [
+            pin.rnea(model, data, q, still, unit) - pin.rnea(model, data, q, still, still)
+            for q in trace.q[np.searchsorted(trace.time, found.time)][::40]
+        ]
+        mean = np.mean([row[6 + joint] for row in inertia])
+        assert found.load_inertia[joint] == pytest.approx(mean, rel=0.01)
+
+
+def test_cost_of_transport_is_that_of_the_torque_budget() -> None:
+    found, whole = demand(), hp.torque_budget(walk())
+    assert found.weight == pytest.approx(9.81 * (hp.load_robot("kharagpur").total_mass + 0.5))
+    x = np.interp(found.time[[0, -1]], walk().time, walk().q[:, 0])  # of two cycles
+    cost = found.positive_energy.sum() / (found.weight * (x[1] - x[0]) / 2)
+    assert found.cost_of_transport_positive == pytest.approx(cost, rel=2e-3)
+    assert found.cost_of_transport_positive == pytest.approx(whole.cost_of_transport_positive)
+    assert found.cost_of_transport == pytest.approx(whole.cost_of_transport)
+
+
+def test_of_some_kinds_alone() -> None:
+    part = demand().of_kinds(["tibia"])
+    whole = [name for name in demand().joint_names if "tibia" in name]
+    assert list(part.joint_names) == whole and part.torque.shape[1] == 6
+    assert np.array_equal(part.torque_peak, demand().torque_peak[2::3])
+    with refused(UnknownNameError, kind="kind of joint", name="wheel"):
+        demand().of_kinds(["wheel"])
+
+
+@pytest.mark.parametrize(
+    ("time", "rows", "name", "value"),
+    [([0.0, 0.0], 2, "JointDemand.time", 2), ([0.0, 1.0], 3, "torque", (3, 1))],
+)
+def test_samples_that_do_not_fit_are_refused(time, rows, name, value) -> None:
+    none = np.zeros((rows, 1))
+    with refused(ParameterError, name, value), np.errstate(all="ignore"):
+        hp.sizing.JointDemand.of_samples(time, none, none)
+
+
+# what the battery gives ------------------------------------------------------------------------
+
+
+def loaded(torque: np.ndarray, speed: np.ndarray, **more: object) -> hp.sizing.BatteryLoad:
+    """Return the load of the motor of 2 N m, 8 rad/s, 3 A at 12 V, not derated."""
+    found = of_motion(torque, speed, cycle(), **more)
+    return hp.motor_budget(found, record(), full()).battery
+
+
+def test_two_joints_in_antiphase_share_the_battery() -> None:
+    """At rest the power is V I0 (tau / T0)^2: sin^2 and cos^2 add up to a constant."""
+    phase = OMEGA * cycle()
+    torque = 1.0 * np.column_stack([np.sin(phase), np.cos(phase)])
+    load = loaded(torque, np.zeros_like(torque))
+    one = 3.0 * (1.0 / 2.0) ** 2  # A
+    assert load.current_peak == pytest.approx(one, rel=1e-9)
+    assert load.sum_of_peaks == pytest.approx(2.0 * one, rel=1e-9)
+    assert load.current_mean == pytest.approx(one) and load.current_rms == pytest.approx(one)
+    assert load.power_mean == pytest.approx(12.0 * one) and load.energy == pytest.approx(12.0 * one)
+
+
+def test_braking_gives_back_or_is_lost() -> None:
+    """Tau -0.5, w 4: d = 0.25, i = -0.75 A, 12 V d i = -2.25 W for half of the time."""
+    brakes = (cycle() % 1.0 < 0.5)[:, None]
+    torque, speed = np.where(brakes, -0.5, 0.5), np.full((2001, 1), 4.0)
+    load = loaded(torque, speed)
+    drives = 12.0 * (0.25 + 0.5) * 0.75
+    assert load.power_mean == pytest.approx(drives / 2.0, rel=2e-3)
+    assert load.power_mean_regeneration == pytest.approx((drives - 2.25) / 2.0, rel=2e-3)
+    assert load.power_peak == pytest.approx(drives)
+    moving = loaded(torque, speed, weight=10.0, distance=0.1)
+    assert moving.cost_of_transport == pytest.approx(load.energy / 1.0)
+    assert moving.cost_of_transport_regeneration == pytest.approx(load.energy_regeneration / 1.0)
+
+
+def test_mechanical_power_and_winding_loss_make_up_the_electrical_power() -> None:
+    """Of a row that is one linear motor, V d i = R i^2 + tau w with R = V / I0 = 4 ohm."""
+    phase = OMEGA * cycle()
+    torque, speed = np.sin(phase)[:, None], (2.0 + np.cos(phase))[:, None]
+    found = of_motion(torque, speed, cycle())
+    motor = record(stall_torque=12.0 * 3.0 / 8.0)  # T0 w0 = V I0
+    load = hp.motor_budget(found, motor, full()).battery
+    current = 3.0 * torque[:-1, 0] / motor.stall_torque
+    power = 4.0 * current**2 + torque[:-1, 0] * speed[:-1, 0]
+    assert load.power_mean_regeneration == pytest.approx(power.mean(), rel=1e-9)
+    assert load.power_mean == pytest.approx(np.maximum(power, 0.0).mean(), rel=1e-3)
+
+
+def test_standby_currents_and_a_sagging_battery() -> None:
+    still = of_motion(np.zeros((2001, 3)), np.zeros((2001, 3)), cycle())
+    load = hp.motor_budget(still, record(standby_current=0.05), full(voltage=0.9)).battery
+    assert load.current_mean == pytest.approx(0.15) and load.voltage == pytest.approx(10.8)
+    assert load.run_time(16.2 * 3600.0) == pytest.approx(36000.0)  # 16.2 Wh at 1.62 W
+    for bus, current in (("TTL", 0.04), ("PWM", 0.01)):  # assumed of makers that state none
+        budget = hp.motor_budget(still, record(standby_current=None, bus=bus), full())
+        assert budget.battery.current_mean == pytest.approx(3 * current)
+        assert any("assumed: standby current" in note for note in budget.notes)
+
+
+def test_what_is_not_published_is_unknown() -> None:
+    ones = np.ones((2001, 2))
+    found = of_motion(ones, 0.0 * ones, cycle(), joint_kinds=["coxa", "femur"])
+    none = hp.motor_budget(found, record(stall_current=None)).battery
+    assert none.current_peak is None and none.run_time(1e5) is None and "M at 12 V" in none.unknown
+    mixed = hp.motor_budget(found, {"coxa": record(), "femur": record(voltage=7.4)}).battery
+    assert mixed.power_mean is None and "7.4 V and 12 V" in mixed.unknown
+
+
+def test_a_pack_sags_by_the_current_of_all_motors_together() -> None:
+    """U^2 - U0 U + r P = 0 of a constant power, at each sample; the line falls with U."""
+    time = cycle(10)
+    ones = np.ones((11, 1))
+    found = of_motion(0.8 * ones, 4.0 * ones, time)
+    budget = hp.motor_budget(found, record(), full(), pack_resistance=1.5)
+    power = 12.0 * (0.8 / 2.0 + 4.0 / 8.0) * (3.0 * 0.8 / 2.0)
+    volts = 6.0 + np.sqrt(36.0 - 1.5 * power)
+    load = budget.battery
+    assert load.voltage_least == pytest.approx(volts) and load.voltage == pytest.approx(12.0)
+    assert load.current_peak == pytest.approx((12.0 - volts) / 1.5)  # the line of a resistance
+    assert load.power_mean == pytest.approx(12.0 * load.current_mean) and not load.overloaded_share
+    row = budget.joints[0]
+    assert row.peak_use == pytest.approx(0.8 / (2.0 * (volts / 12.0 - 0.5)))
+    assert row.speed_use == pytest.approx(4.0 / (8.0 * volts / 12.0))
+    assert f"battery: {volts:.3g} V at least of 12 V, " in load.sag_line
+    assert hp.motor_budget(found, record(), full()).passes and not budget.passes
+
+
+def test_a_pack_that_cannot_give_the_power_says_so() -> None:
+    """R P above U0^2 / 4: at half the voltage it gives most; a resistance that is none is refused.
+
+    Standby currents load it too: 3 motors of 0.4 A at rest, 12 V - 1.2 A x 2 ohm.
+    """
+    ones = np.ones((11, 1))
+    found = of_motion(1.0 * ones, 4.0 * ones, cycle(10))
+    load = hp.motor_budget(found, record(), full(), pack_resistance=3.0).battery
+    assert load.overloaded_share == pytest.approx(1.0) and load.voltage_least == pytest.approx(6.0)
+    still = of_motion(np.zeros((11, 3)), np.zeros((11, 3)), cycle(10))
+    load = hp.motor_budget(still, record(standby_current=0.4), full(), pack_resistance=2.0).battery
+    assert load.voltage_least == pytest.approx(9.6)
+    with pytest.raises(ParameterError, match="pack_resistance"):
+        hp.motor_budget(found, record(), pack_resistance=-0.1)
