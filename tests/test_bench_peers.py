@@ -62,18 +62,9 @@ def test_urdf_for_other_engines_is_the_same_body():
             wanted = np.triu(pin.crba(robot.model, ours, q))
             assert np.triu(pin.crba(other, theirs, q)) == pytest.approx(wanted, abs=1e-14)
             gravity = pin.computeGeneralizedGravity(robot.model, ours, q)
-            assert pin.computeGeneralizedGravity(other, theirs, q) == pytest.approx(
-                gravity, abs=1e-13
-            )
+            found = pin.computeGeneralizedGravity(other, theirs, q)
+            assert found == pytest.approx(gravity, abs=1e-13)
         assert text.count("<sphere ") == len(robot.feet) == 6
-        assert 'type="fixed"' not in text
-
-
-def test_servo_damping_moves_into_the_joints_only_without_a_torque_limit():
-    free, limited = Problem.of(flight()), Problem.of(flight(limited=True))
-    assert (free.kd == 0.0).all() and (limited.kd == 0.3).all()
-    assert free.urdf.count('damping="0.6"') == limited.urdf.count('damping="0.3"') == 18
-    assert np.isinf(free.limit).all() and (limited.limit == 20.0).all()
 
 
 @pytest.mark.parametrize(

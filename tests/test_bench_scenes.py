@@ -18,13 +18,7 @@ from hexapod_pin.benchmark.work_precision.scenes import (
     tripod_setpoints,
 )
 from hexapod_pin.benchmark.work_precision.task import held_task, set_points
-from hexapod_pin.errors import GaitError, ParameterError, UnknownNameError
-from hexapod_pin.validation.cases.robots import BENCH19, robot_file
-
-
-def test_the_robot_of_the_walk():
-    assert robot_file("bench19").read_text() == BENCH19.urdf()
-    assert BENCH19.total_mass == pytest.approx(0.65 + 6 * (0.15 + 0.041 + 0.11), abs=1e-12)
+from hexapod_pin.errors import ParameterError, UnknownNameError
 
 
 def test_hc40_soft_is_the_hard_case_itself():
@@ -85,8 +79,6 @@ def test_what_no_scene_is_made_of_is_refused():
     kind = "benchmark scene or robot"
     with refused(UnknownNameError, kind=kind, name="nothing", about=("hc40-soft", "athena")):
         find_task("nothing", SceneOptions())
-    with refused(GaitError, quantity="stroke"):
-        find_task(str(robot_file("hexa_ref")), SceneOptions(gait="tripod", stroke=1.0))
 
 
 def test_a_scene_file_and_a_gait_name_a_task(tmp_path: Path):
@@ -100,16 +92,16 @@ def test_a_scene_file_and_a_gait_name_a_task(tmp_path: Path):
 
 
 @pytest.mark.parametrize(
-    ("scene", "options", "name", "value", "allowed"),
+    ("scene", "options", "name", "value"),
     [
-        ("walk", SceneOptions(contact="s1"), "--contact", "s1", ()),
-        ("walk", SceneOptions(duration=1.5), "--duration", 1.5, (0.0, 1.0)),
-        ("kharagpur", SceneOptions(sample=0.0), "--sample", 0.0, ()),
-        ("kharagpur", SceneOptions(sample=1e-9, duration=0.02), "sample", 1e-9, (1e-7, 200_000)),
-        ("kharagpur", SceneOptions(gait="hold", stroke=0.1), "--stroke", 0.1, ()),
-        ("nothing.toml", SceneOptions(kp=1.0), "--kp", 1.0, ()),
+        ("walk", SceneOptions(contact="s1"), "--contact", "s1"),
+        ("walk", SceneOptions(duration=1.5), "--duration", 1.5),
+        ("kharagpur", SceneOptions(sample=0.0), "--sample", 0.0),
+        ("kharagpur", SceneOptions(sample=1e-9, duration=0.02), "sample", 1e-9),
+        ("kharagpur", SceneOptions(gait="hold", stroke=0.1), "--stroke", 0.1),
+        ("nothing.toml", SceneOptions(kp=1.0), "--kp", 1.0),
     ],
 )
-def test_what_a_scene_does_not_take_is_refused(scene, options, name, value, allowed):
-    with refused(ParameterError, name, value, allowed=allowed):
+def test_what_a_scene_does_not_take_is_refused(scene, options, name, value):
+    with refused(ParameterError, name, value):
         find_task(scene, options)

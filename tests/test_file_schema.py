@@ -11,20 +11,19 @@ from typing import Any
 import h5py
 import numpy as np
 import pytest
-from refusals import ANY, refused
+from refusals import refused
 from synthetic import with_run
 
 import hexapod_pin as hp
-from hexapod_pin.errors import HexapodError, ParameterError, StateError, TraceFileError
+from hexapod_pin.errors import ParameterError, StateError, TraceFileError
 from hexapod_pin.results.result_files import read_netcdf
 from hexapod_pin.results.trace_file import _stored_digest
 
 
 @pytest.fixture(scope="module")
 def trace() -> hp.Trace:
-    gait = hp.Gait.tripod(stroke=0.04, cycle_time=0.3)
     scene = hp.Scene(hp.load_robot("kharagpur"))
-    control = hp.KinematicControl(gait)
+    control = hp.KinematicControl(hp.Gait.tripod(stroke=0.04, cycle_time=0.3))
     return hp.Case(scene, control, duration=0.9, accuracy=1e-4, sample=0.02, estimate=True).run()
 
 
@@ -130,57 +129,32 @@ def test_a_value_that_breaks_no_rule_is_damage_all_the_same(saved, tmp_path):
     assert hp.load_trace(path).torque[0, 0] == 0.125
 
 
-SUMMARIES = {
-    "data.cycles = -1": ("data", "cycles", -1),
-    "errors.torque_rms = [1.0]": ("errors", "torque_rms", [1.0]),
-    "summary.joint_names[0] = 3": ("joint_names", 0, 3),
-    "summary.data = []": ("data", []),
-}
+def test_a_summary_that_breaks_its_schema_is_refused(trace, tmp_path):
+    path, found = tmp_path / "summary.json", json.loads(trace.summary.to_json())
+    for about, changes in {
+        "data.cycles = -1": {"data": {**found["data"], "cycles": -1}},
+        "errors.torque_rms = [1.0]": {"errors": {**found["errors"], "torque_rms": [1.0]}},
+        "summary.joint_names[0] = 3": {"joint_names": [3, *found["joint_names"][1:]]},
+    }.items():
+        path.write_text(json.dumps(found | changes))
+        with refused(TraceFileError, about=(f"{path}: {about}",)):
+            hp.load_summary(path)
 
 
-@pytest.mark.parametrize("about", SUMMARIES)
-def test_a_summary_that_breaks_its_schema_is_refused(about, trace, tmp_path):
-    found = json.loads(trace.summary.to_json())
-    *keys, last, value = SUMMARIES[about]
-    place = found
-    for key in keys:
-        place = place[key]
-    place[last] = value
-    path = tmp_path / "summary.json"
-    path.write_text(json.dumps(found))
-    with refused(TraceFileError, about=(f"{path}: {about}",)):
-        hp.load_summary(path)
-
-
-@pytest.mark.parametrize(
-    ("changes", "name", "value", "allowed"),
-    [
+def test_a_checkpoint_that_breaks_its_schema_is_refused(trace):
+    data, read = trace.checkpoint.to_dict(), hp.results.Checkpoint.from_dict
+    for changes, name, value, allowed in (
         ({"time": 1e300}, "checkpoint.time", "1e+300", (1e150,)),
-        ({"q": [0.0] * 25}, "checkpoint.q", ANY, (1,)),
         ({"contacts": [[0.0]]}, "checkpoint.contacts[0]", "[0.0]", (12, 6)),
         ({"other": 1}, "checkpoint.other", "1", ()),
-    ],
-)
-def test_a_checkpoint_that_breaks_its_schema_is_refused(changes, name, value, allowed, trace):
-    data = trace.checkpoint.to_dict() | changes
-    with refused(ParameterError, name, value, allowed=allowed):
-        hp.results.Checkpoint.from_dict(data)
-    assert hp.results.Checkpoint.from_dict(trace.checkpoint.to_dict()).time == trace.time[-1]
-
-
-@pytest.mark.parametrize(
-    ("kind", "shape", "data", "about"),
-    [("O", [1], [1], ("__array__ = 'O'", "<f8")), ("<f8", [2, 3], [1], ("shape",)),
-     ("<f8", [1], ["x"], (".data: ",))],
-)  # fmt: skip
-def test_an_array_of_a_checkpoint_that_is_none_is_refused(kind, shape, data, about, trace):
-    array = {"__array__": kind, "shape": shape, "data": data}
-    with refused(StateError, about=("checkpoint.loop.a", *about)):
-        hp.results.Checkpoint.from_dict(trace.checkpoint.to_dict() | {"loop": {"a": array}})
-
-
-@pytest.mark.parametrize("text", ["terrain = 3", "loads = [1]"])
-def test_the_scene_of_a_case_is_checked(text: str, trace: hp.Trace) -> None:
-    case = trace.case_toml.replace("[scene]\n", f"[scene]\n{text}\n", 1)
-    with pytest.raises(HexapodError):
-        hp.Case.from_toml(case)
+    ):
+        with refused(ParameterError, name, value, allowed=allowed):
+            read(data | changes)
+    for kind, shape, values, about in (
+        ("O", [1], [1], "__array__ = 'O'"), ("<f8", [2, 3], [1], "shape"),
+        ("<f8", [1], ["x"], ".data: "),
+    ):  # fmt: skip
+        array = {"__array__": kind, "shape": shape, "data": values}
+        with refused(StateError, about=("checkpoint.loop.a", about)):
+            read(data | {"loop": {"a": array}})
+    assert read(data).time == trace.time[-1]

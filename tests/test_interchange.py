@@ -35,16 +35,13 @@ from hexapod_pin.interchange.servo_ticks import SERVOS, _mounts, _named
 from hexapod_pin.results.recorded_robot import RecordedRobot
 
 GAIT = hp.Gait.tripod(stroke=0.06, cycle_time=0.8)
-STOP = 2.64
-"""The walk stops as early as it can at this cycle time [s]."""
 
 
 @pytest.fixture(scope="module")
 def trace() -> hp.Trace:
-    """A walk that stops, so that a robot's controller takes its set-points."""
-    robot = hp.load_robot("kharagpur")
-    control = hp.KinematicControl(GAIT, stop_at=STOP)
-    return hp.simulate(hp.Scene(robot), control, duration=2.7, sample=0.01, accuracy=1e-3)
+    """A walk that stops, as early as it can, so that a robot's controller takes its set-points."""
+    scene, control = hp.Scene(hp.load_robot("kharagpur")), hp.KinematicControl(GAIT, stop_at=2.64)
+    return hp.simulate(scene, control, duration=2.7, sample=0.01, accuracy=1e-3)
 
 
 @pytest.fixture(scope="module")
@@ -178,20 +175,17 @@ def hermite(time: np.ndarray, q: np.ndarray, v: np.ndarray, at: np.ndarray) -> n
     )
 
 
-def test_a_planned_gait_as_a_trajectory(plan: hp.motion.WalkPlan, tmp_path: Path) -> None:
+def test_a_gait_and_a_run_as_trajectories(plan, trace: hp.Trace, tmp_path: Path) -> None:
     """YAML and MCAP hold the same; the controller's cubics follow the plan, and end at rest."""
-    timing = {"rate": 50.0, "duration": 4.0}
-    text = hp.interchange.write_joint_trajectory(plan, tmp_path / "gait.yaml", **timing)
-    data = yaml.safe_load(text.read_text())
+    write, timing = hp.interchange.write_joint_trajectory, {"rate": 50.0, "duration": 4.0}
+    data = yaml.safe_load(write(plan, tmp_path / "gait.yaml", **timing).read_text())
     assert data["joint_names"] == list(plan.robot.joint_names)
     points = data["points"]
-    assert len(points) == 201
     q, v = (np.array([p[key] for p in points]) for key in ("positions", "velocities"))
     since = [p["time_from_start"] for p in points]
     time = np.array([t["sec"] + t["nanosec"] / 1e9 for t in since])
     assert np.allclose(time, 2.0 + np.arange(201) / 50.0, atol=1e-9)
-    file = hp.interchange.write_joint_trajectory(plan, tmp_path / "gait.mcap", **timing)
-    [[(_, message)]] = messages(file).values()
+    [[(_, message)]] = messages(write(plan, tmp_path / "gait.mcap", **timing)).values()
     assert list(message.joint_names) == data["joint_names"]
     assert same_bits(np.array([p.positions for p in message.points]), q)
     assert same_bits(np.array([p.velocities for p in message.points]), v)
@@ -199,22 +193,18 @@ def test_a_planned_gait_as_a_trajectory(plan: hp.motion.WalkPlan, tmp_path: Path
     assert [{"sec": t.sec, "nanosec": t.nanosec} for t in stamps] == since
     steady = hp.KinematicControl(GAIT, stop_at=4.0).plan(plan.robot, 4.0).steady_until
     fine = np.linspace(0.0, steady, 700)  # after that the walk prepares to stop
-    planned = plan.at(fine).q
     followed = hermite(time - 2.0, q, v, fine)
-    assert np.abs(followed - planned).max() < 2.0 * math.pi / 4096
+    assert np.abs(followed - plan.at(fine).q).max() < 2.0 * math.pi / 4096
     assert np.abs(q[-1] - plan.robot.posture).max() < 1e-9 and not v[-1].any()
-
-
-def test_the_set_points_of_a_run_as_a_trajectory(trace: hp.Trace, tmp_path: Path) -> None:
-    path = hp.interchange.write_joint_trajectory(trace, tmp_path / "run.yml", rate=50, lead_in=0.0)
+    path = write(trace, tmp_path / "run.yml", rate=50, lead_in=0.0)
     points = yaml.safe_load(path.read_text())["points"]
     q = np.array([p["positions"] for p in points])
     assert np.abs(q - trace.q_ref[::2]).max() < 1e-12
     with refused(ParameterError, "write_joint_trajectory.rate", 5.0):
-        hp.interchange.write_joint_trajectory(trace, tmp_path / "run.yml", rate=5.0)
-    with pytest.raises(ParameterError, match="at rest") as caught:
-        hp.interchange.write_joint_trajectory(trace, tmp_path / "b.yml", duration=1.0)
-    assert "stop_at" in str(caught.value) and not (tmp_path / "b.yml").exists()
+        write(trace, tmp_path / "run.yml", rate=5.0)
+    with pytest.raises(ParameterError, match="at rest.*stop_at"):
+        write(trace, tmp_path / "b.yml", duration=1.0)
+    assert not (tmp_path / "b.yml").exists()
 
 
 def test_limits_hold_between_the_points_too(plan: hp.motion.WalkPlan) -> None:
@@ -240,24 +230,20 @@ def test_limits_hold_between_the_points_too(plan: hp.motion.WalkPlan) -> None:
         replace(samples, robot=replace(robot, velocity_limit=slow)).require_limits()
 
 
-RESOLUTION = {  # of goal positions, degrees, as the makers state it
-    "dynamixel-x": 0.088, "dynamixel-mx": 0.088, "dynamixel-ax": 0.29, "dynamixel-xl320": 0.29,
-    "feetech-sts": 0.088, "lewansoul-lx16a": 0.24,
-}  # fmt: skip
-
-FASTEST = {  # of speed registers, revolutions in a minute, as the makers state it
-    "dynamixel-x": 234.27, "dynamixel-mx": 116.62, "dynamixel-ax": 114.0, "dynamixel-xl320": 114.0,
-    "feetech-sts": 49.8,
+MAKERS = {  # of goal positions [deg], of speed registers [turns a minute], as the makers state it
+    "dynamixel-x": (0.088, 234.27), "dynamixel-mx": (0.088, 116.62), "dynamixel-ax": (0.29, 114.0),
+    "dynamixel-xl320": (0.29, 114.0), "feetech-sts": (0.088, 49.8), "lewansoul-lx16a": (0.24, None),
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", SERVOS)
-def test_servos_count_as_their_makers_say(name: str) -> None:
-    servo = SERVOS[name]
-    assert math.degrees(servo.tick) == pytest.approx(RESOLUTION[name], rel=0.02)
-    if name in FASTEST:
-        assert servo.speed_limit * 60 / (2 * math.pi) == pytest.approx(FASTEST[name], rel=0.005)
-    assert abs(servo.center - 0.5 * (servo.least + servo.most)) <= 0.5
+def test_servos_count_as_their_makers_say() -> None:
+    assert SERVOS.keys() == MAKERS.keys()
+    for name, (resolution, fastest) in MAKERS.items():
+        servo = SERVOS[name]
+        assert math.degrees(servo.tick) == pytest.approx(resolution, rel=0.02)
+        if fastest is not None:
+            assert servo.speed_limit * 60 / (2 * math.pi) == pytest.approx(fastest, rel=0.005)
+        assert abs(servo.center - 0.5 * (servo.least + servo.most)) <= 0.5
 
 
 def test_ticks_give_the_planned_angles_back(plan: hp.motion.WalkPlan, tmp_path: Path) -> None:
@@ -284,7 +270,7 @@ def test_ticks_give_the_planned_angles_back(plan: hp.motion.WalkPlan, tmp_path: 
     assert len(set(re.findall(": id ([0-9]+),", text))) == 18
 
 
-def test_a_tick_that_there_is_not_is_refused(plan: hp.motion.WalkPlan, tmp_path: Path) -> None:
+def test_a_tick_that_there_is_not_is_refused(plan, bare: hp.Trace, tmp_path: Path) -> None:
     path = tmp_path / "gait.csv"
 
     def write(servo: Any, **more: Any) -> None:
@@ -309,17 +295,13 @@ def test_a_tick_that_there_is_not_is_refused(plan: hp.motion.WalkPlan, tmp_path:
         hp.interchange.write_servo_ticks(plan, path, "dynamixel-x", duration=0.5)
     with refused(ParameterError, "ServoMount.sign", 2):
         mount(1, sign=2)
-    assert not path.exists()
-
-
-def test_a_run_without_set_points_or_robot_gives_no_motion(bare: hp.Trace, tmp_path: Path) -> None:
     with refused(NotRecordedError):
-        hp.interchange.write_servo_ticks(bare, tmp_path / "a.csv", "dynamixel-x")
+        hp.interchange.write_servo_ticks(bare, path, "dynamixel-x")
     unknown = synthetic_trace(duration=1.0, sample=0.1, urdf=None)
     with refused(ParameterError, "Trace.run.robot.urdf", None):
-        hp.interchange.write_servo_ticks(unknown, tmp_path / "a.csv", "dynamixel-x")
+        hp.interchange.write_servo_ticks(unknown, path, "dynamixel-x")
     found = hp.interchange.read_mcap(hp.interchange.write_mcap(unknown, tmp_path / "a.mcap"))
-    assert found.urdf is None and same_bits(found.q, unknown.q)
+    assert found.urdf is None and same_bits(found.q, unknown.q) and not path.exists()
 
 
 def test_the_command_exports_a_gait_and_a_run(trace: hp.Trace, tmp_path: Path) -> None:

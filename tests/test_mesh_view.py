@@ -13,7 +13,7 @@ from PIL import Image
 
 import hexapod_pin as hp
 from hexapod_pin.robot.reading import ResourceFinder
-from hexapod_pin.view.mesh_store import MeshStore, creased, decimated, merged, shared_limit
+from hexapod_pin.view.mesh_store import MeshStore, decimated, merged, shared_limit
 from hexapod_pin.view.robot_shapes import MESH_COLOR, RobotShapes, mesh_visuals
 from hexapod_pin.view.sample_block import SampleBlock, unpacked
 from hexapod_pin.view.scene_graph import DrawnMeshes
@@ -23,12 +23,10 @@ RADIUS = 0.1  # m
 
 def urdf(visual: str) -> str:
     """Return a robot of one body with a link turned and displaced by a fixed joint."""
-    inertial = (
-        '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
-        "</inertial>"
-    )
+    inertia = '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
     return f"""<robot name="r"><material name="blue"><color rgba="0 0 1 1"/></material>
-    <link name="trunk">{inertial}</link><link name="part">{visual}</link>
+    <link name="trunk"><inertial><mass value="1"/>{inertia}</inertial></link>
+    <link name="part">{visual}</link>
     <joint name="fixed" type="fixed"><parent link="trunk"/><child link="part"/>
     <origin xyz="1 2 3" rpy="0 0 {np.pi / 2}"/></joint></robot>"""
 
@@ -76,17 +74,6 @@ def test_a_decimated_ball_is_on_the_ball(ball: tuple[np.ndarray, np.ndarray]) ->
     assert len(faces) <= 2000
     np.testing.assert_allclose(np.linalg.norm(vertices, axis=1), RADIUS, atol=0.01 * RADIUS)
     assert volume(vertices, faces) == pytest.approx(4 / 3 * np.pi * RADIUS**3, rel=0.02)
-
-
-def test_small_meshes_are_merged_and_stay() -> None:
-    """A box from separate triangles has eight vertices; its creases have 24 when drawn."""
-    box = trimesh.creation.box((1.0, 2.0, 3.0))
-    loose = box.triangles.reshape(-1, 3)
-    vertices, faces = merged(loose, np.arange(36).reshape(-1, 3))
-    assert (len(vertices), len(faces)) == (8, 12)
-    drawn, triangles = creased(vertices, faces)
-    assert len(drawn) == 24
-    assert volume(drawn, triangles) == pytest.approx(6.0)
 
 
 def test_meshes_alike_are_stored_once_in_a_page(tmp_path: Path) -> None:
@@ -177,14 +164,6 @@ def test_two_materials_of_a_glb_file_weigh_by_area(tmp_path: Path) -> None:
     found, notes = mesh_visuals(urdf(visual("two.glb")), ResourceFinder(tmp_path / "r.urdf"))
     assert not notes
     np.testing.assert_allclose(found[0].color, (0.8, 0.0, 0.2, 1.0), atol=0.01)
-
-
-def test_a_foot_may_have_the_name_of_a_joint() -> None:
-    """Sticks end at the link's frame: 1, 2, 3 m from the trunk, and not at a joint's."""
-    text = urdf("").replace('name="fixed"', 'name="part"')
-    parts = RobotShapes(text, {"part": 0.01}).bodies["root_joint"]
-    [ball] = [part for part in parts if part.geometry["type"] == "SphereGeometry"]
-    np.testing.assert_allclose(ball.position, (1.0, 2.0, 3.0), atol=1e-12)
 
 
 def test_a_trunk_without_a_shape_is_a_box_around_its_hips() -> None:
