@@ -14,7 +14,7 @@ from vehicles import HARD_CASES, drop, hexa_ref
 
 import hexapod_pin as hp
 from hexapod_pin.benchmark.engines import engine as rivals_module
-from hexapod_pin.benchmark.engines.engine import Problem, engine_entries, engine_urdf
+from hexapod_pin.benchmark.engines.engine import Problem, engine_entries
 from hexapod_pin.benchmark.work_precision.comparison import ComparisonSettings, compare
 from hexapod_pin.benchmark.work_precision.own_entry import run_task
 from hexapod_pin.benchmark.work_precision.scenes import (
@@ -49,26 +49,6 @@ def flight(limited: bool = False) -> Task:
     scene = replace(task.scene, servo=hp.Servo(kp=20.0, kd=0.3, limited=limited))
     state = robot.check_state(q, v)
     return replace(task, scene=scene, initial=state, duration=0.05, controller=controller)
-
-
-def test_urdf_for_other_engines_is_the_same_body():
-    """Mass matrix, gravity forces and feet against our model at random postures, to round-off."""
-    random = np.random.default_rng(5)
-    for robot in (hp.load_robot("kharagpur"), built_in("walk").scene.robot):
-        text = engine_urdf(robot, robot.damping)
-        text = text.replace("continuous", "revolute")  # which Pinocchio gives a cosine and a sine
-        text = text.replace("<limit ", '<limit lower="-9" upper="9" ')
-        other = pin.buildModelFromXML(text, pin.JointModelFreeFlyer())
-        assert list(other.names) == list(robot.model.names)
-        for _ in range(3):
-            q = pin.integrate(other, pin.neutral(other), random.standard_normal(other.nv))
-            ours, theirs = robot.model.createData(), other.createData()
-            wanted = np.triu(pin.crba(robot.model, ours, q))
-            assert np.triu(pin.crba(other, theirs, q)) == pytest.approx(wanted, abs=1e-14)
-            gravity = pin.computeGeneralizedGravity(robot.model, ours, q)
-            found = pin.computeGeneralizedGravity(other, theirs, q)
-            assert found == pytest.approx(gravity, abs=1e-13)
-        assert text.count("<sphere ") == len(robot.feet) == 6
 
 
 @pytest.mark.parametrize(

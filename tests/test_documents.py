@@ -60,24 +60,6 @@ def test_paths_exist(page: Path) -> None:
             assert next(ROOT.glob(one.rstrip("/")), None) or one.endswith("_core.pyi"), path
 
 
-def test_what_the_architecture_places_in_a_file_is_there() -> None:
-    """Each entry of its lists: files below the package, and functions in one of these files."""
-    text = text_of(ROOT / "docs" / "architecture.md").partition("\n## Where it is computed\n")[2]
-    entries = re.findall(r"^- .*(?:\n  .*)*", text, re.MULTILINE)
-    assert len(entries) > 15
-    for entry in entries:
-        quoted = re.findall(r"`([\w/.:]+)`", entry)
-        paths = [one for one in quoted if re.search(r"\.[ch]pp$|\.py$", one)]
-        files = {path: next((ROOT / "hexapod_pin").rglob(path), ROOT / path) for path in paths}
-        assert all(file.is_file() for file in files.values()), entry
-        code = "\n".join(text_of(file) for file in files.values())
-        for name in {*quoted} - {*paths}:
-            parts = re.split(r"::|\.", name)
-            if files and "/" not in name and (len(parts) > 1 or "_" in name):
-                for part in parts:
-                    assert re.search(rf"\b{part}\b", code), f"{name} in {entry}"
-
-
 COMMANDS = frozenset(typer.main.get_group(app).commands)
 
 

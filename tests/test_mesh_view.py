@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,12 +13,9 @@ import pytest
 import trimesh
 from page_data import PageData
 from PIL import Image
-from refusals import refused
-from synthetic import synthetic_trace, with_run
+from synthetic import synthetic_trace
 
 import hexapod_pin as hp
-from hexapod_pin.errors import ParameterError
-from hexapod_pin.results.run_record import RunCase
 from hexapod_pin.results.trace import Trace
 from hexapod_pin.robot.reading import ResourceFinder
 from hexapod_pin.view.html import page_text
@@ -162,32 +158,6 @@ def test_a_texture_colours_with_its_mean(tmp_path: Path) -> None:
     assert found[1].color == (0.0, 1.0, 0.0, 1.0)
 
 
-def test_two_materials_of_a_glb_file_weigh_by_area(tmp_path: Path) -> None:
-    """A red box of side 2 has four times the surface of a blue one of side 1."""
-    scene = trimesh.Scene()
-    for side, color in ((2.0, (255, 0, 0, 255)), (1.0, (0, 0, 255, 255))):
-        box = trimesh.creation.box((side, side, side))
-        skin = trimesh.visual.material.PBRMaterial(baseColorFactor=color)
-        box.visual = trimesh.visual.TextureVisuals(uv=np.zeros((8, 2)), material=skin)
-        scene.add_geometry(box)
-    scene.export(str(tmp_path / "two.glb"))
-    found, notes = mesh_visuals(urdf(visual("two.glb")), ResourceFinder(tmp_path / "r.urdf"))
-    assert not notes
-    np.testing.assert_allclose(found[0].color, (0.8, 0.0, 0.2, 1.0), atol=0.01)
-
-
-def test_a_trunk_without_a_shape_is_a_box_around_its_hips() -> None:
-    """A robot whose trunk mesh was missing was drawn without a trunk."""
-    text = re.sub(r"<visual>.*?</visual>|<collision>.*?</collision>", "",
-                  hp.load_robot("kharagpur").urdf, flags=re.DOTALL)  # fmt: skip
-    shapes = RobotShapes(text, {}).bodies["root_joint"]
-    (trunk,) = [one for one in shapes if one.geometry["type"] == "BoxGeometry"]
-    sizes = [trunk.geometry[name] for name in ("width", "height", "depth")]
-    hips = 0.205  # between the axes of left and right legs, as its file assumes [m]
-    assert sizes == pytest.approx([0.4, hips, 0.3 * hips])
-    assert trunk.position == pytest.approx([0.0, 0.0, 0.0], abs=1e-12)
-
-
 # the ground ---------------------------------------------------------------------------------------
 
 
@@ -276,13 +246,6 @@ def test_level_ground_is_one_rectangle(robot: hp.Robot) -> None:
     trace = synthetic_trace(duration=0.1)
     lifted = replace(trace, foot_position=trace.foot_position + np.array([0, 0, 0.7]))
     assert drawn(lifted).ground()[0][:, 2] == pytest.approx(0.7, abs=1e-4)
-
-
-def test_an_unknown_ground_is_refused(robot: hp.Robot) -> None:
-    trace = standing(robot, hp.Flat())
-    text = trace.run.case.to_toml().replace('kind = "flat"', 'kind = "lava"')
-    with refused(ParameterError, "terrain.kind", "lava"):
-        page_text({"": with_run(trace, case=RunCase(text=text))})
 
 
 def test_patches_are_outlined_on_the_surface(robot: hp.Robot) -> None:

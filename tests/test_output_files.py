@@ -161,13 +161,6 @@ def test_a_missing_package_is_said_before_anything_runs(
     assert (caught.value.name, caught.value.extra) == ("matplotlib", "plot")
 
 
-def test_a_report_as_pdf_is_refused_before_anything_runs(run: Run):
-    """A browser prints the page as PDF."""
-    done = run("select", "kharagpur", "--html", "motors.pdf", "--quick")
-    assert done.status == 2 and done.out == "" and done.left == []
-    assert ".html" in done.err
-
-
 def _limited(line: tuple[str, ...], folder: Path, size: int) -> subprocess.CompletedProcess[str]:
     """Run a command whose files may have so many bytes."""
     return subprocess.run(

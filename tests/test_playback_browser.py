@@ -221,24 +221,6 @@ def test_a_click_on_a_link_selects_its_joint(page: Any, trace: Trace) -> None:
     page.evaluate("playback.camera('follow')")
 
 
-def test_a_drag_zooms_all_plots_and_a_double_click_shows_all(page: Any) -> None:
-    settled(page)
-    canvas = page.locator(".panel canvas").first
-    canvas.scroll_into_view_if_needed()
-    box = canvas.bounding_box()
-    page.mouse.move(box["x"] + 150, box["y"] + 40)
-    page.mouse.down()
-    page.mouse.move(box["x"] + 250, box["y"] + 40, steps=4)
-    page.mouse.up()
-    state = settled(page)
-    wide = box["width"] - 48  # left of the axis, right of the curves
-    assert state["from"] == pytest.approx(10.0 * 106 / wide, abs=0.05)
-    assert state["to"] == pytest.approx(10.0 * 206 / wide, abs=0.05)
-    canvas.dblclick()
-    state = settled(page)
-    assert (state["from"], state["to"]) == (0.0, 10.0)
-
-
 def test_a_telephone_and_a_notebook_show_it(
     browser: Any, text: str, trace: Trace, tmp_path: Path
 ) -> None:

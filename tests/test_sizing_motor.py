@@ -85,8 +85,6 @@ def test_the_best_gear_ratio_beside_a_weight_and_below_the_speed_limit() -> None
     assert row.optimal_ratio == pytest.approx(ratio, rel=1e-6)
     fast = hp.motor_budget(pure_inertia(0.02, 1.2), record(), full(voltage=0.9)).joints[0]
     assert fast.optimal_ratio == fast.ratio_limit == pytest.approx(100.0 * 7.2 / (1.2 * OMEGA))
-    unknown = hp.motor_budget(found, record(gear_ratio=None), full()).joints[0]
-    assert unknown.optimal_ratio is None and unknown.armature == 0.01
 
 
 def test_a_walk_held_against_a_motor_again_from_its_arrays() -> None:
@@ -122,8 +120,6 @@ def test_motors_by_kind_of_joint() -> None:
     assert len(alone.joints) == 6 and alone.kind("femur") == mixed.kind("femur")
     with refused(ParameterError, "record", ("femur",)):
         hp.motor_budget(demand(), {"femur": strong}, kinds=["femur", "tibia"])
-    with pytest.raises(UnknownNameError):
-        mixed.kind("wheel")
     with refused(ParameterError, "MotorRecord.no_load_speed", None):
         hp.motor_budget(demand(), record(no_load_speed=None))
 
@@ -131,9 +127,8 @@ def test_motors_by_kind_of_joint() -> None:
 def test_the_text_and_the_data_say_why_it_fails_and_what_is_unknown() -> None:
     budget = hp.motor_budget(demand(), record(stall_current=None))
     text = budget.table()
-    assert text.startswith("M at 12 V in kharagpur: FAILS")
-    assert all(reason in text for reason in budget.reasons) and budget.reasons
-    assert "no stall current is published" in text
+    assert text.startswith("M at 12 V in kharagpur: FAILS") and budget.reasons
+    assert all(part in text for part in (*budget.reasons, "no stall current is published"))
     plain = json.loads(budget.to_json())
     assert plain["passes"] is False and plain["units"]["margin"] == "N m"
     assert plain["battery"]["current_peak"] is None and plain["battery"]["unknown"]
@@ -182,15 +177,6 @@ def test_moving_rms_of_a_pulse() -> None:
         found.thermal_rms(0.0)
 
 
-def test_another_rotor_at_the_same_motion() -> None:
-    """The torque of an inertia J with a rotor J_m is that of J + J_m; what it has counts."""
-    found = pure_inertia(0.02)
-    assert found.torque_rms_with_armature(0.03) == pytest.approx(2.5 * found.torque_rms, rel=1e-4)
-    own = pure_inertia(0.02, armature=0.005)  # 0.015 of load, 0.005 of rotor
-    assert own.torque_rms_with_armature(0.005) == pytest.approx(own.torque_rms, rel=1e-12)
-    assert own.torque_rms_with_armature(0.0) == pytest.approx(0.75 * own.torque_rms, rel=1e-4)
-
-
 def test_the_load_inertia_of_a_walk_is_what_inverse_dynamics_asks_for() -> None:
     """RNEA with one joint accelerated alone, less the same at rest; the rotor is not in it."""
     trace, found = walk(), demand()
@@ -219,23 +205,14 @@ def test_cost_of_transport_is_that_of_the_torque_budget() -> None:
     assert found.cost_of_transport == pytest.approx(whole.cost_of_transport)
 
 
-def test_of_some_kinds_alone() -> None:
-    part = demand().of_kinds(["tibia"])
-    whole = [name for name in demand().joint_names if "tibia" in name]
-    assert list(part.joint_names) == whole and part.torque.shape[1] == 6
-    assert np.array_equal(part.torque_peak, demand().torque_peak[2::3])
+def test_demands_that_there_are_not_are_refused() -> None:
+    none = np.zeros((3, 1))
+    with refused(ParameterError, "JointDemand.time", 3), np.errstate(all="ignore"):
+        hp.sizing.JointDemand.of_samples([0.0, 0.0, 0.0], none, none)
+    with refused(ParameterError, "torque", (3, 1)):
+        hp.sizing.JointDemand.of_samples([0.0, 1.0], none, none)
     with refused(UnknownNameError, kind="kind of joint", name="wheel"):
         demand().of_kinds(["wheel"])
-
-
-@pytest.mark.parametrize(
-    ("time", "rows", "name", "value"),
-    [([0.0, 0.0], 2, "JointDemand.time", 2), ([0.0, 1.0], 3, "torque", (3, 1))],
-)
-def test_samples_that_do_not_fit_are_refused(time, rows, name, value) -> None:
-    none = np.zeros((rows, 1))
-    with refused(ParameterError, name, value), np.errstate(all="ignore"):
-        hp.sizing.JointDemand.of_samples(time, none, none)
 
 
 # what the battery gives ------------------------------------------------------------------------
@@ -308,9 +285,8 @@ def test_what_is_not_published_is_unknown() -> None:
 
 def test_a_pack_sags_by_the_current_of_all_motors_together() -> None:
     """U^2 - U0 U + r P = 0 of a constant power, at each sample; the line falls with U."""
-    time = cycle(10)
     ones = np.ones((11, 1))
-    found = of_motion(0.8 * ones, 4.0 * ones, time)
+    found = of_motion(0.8 * ones, 4.0 * ones, cycle(10))
     budget = hp.motor_budget(found, record(), full(), pack_resistance=1.5)
     power = 12.0 * (0.8 / 2.0 + 4.0 / 8.0) * (3.0 * 0.8 / 2.0)
     volts = 6.0 + np.sqrt(36.0 - 1.5 * power)
@@ -321,7 +297,6 @@ def test_a_pack_sags_by_the_current_of_all_motors_together() -> None:
     row = budget.joints[0]
     assert row.peak_use == pytest.approx(0.8 / (2.0 * (volts / 12.0 - 0.5)))
     assert row.speed_use == pytest.approx(4.0 / (8.0 * volts / 12.0))
-    assert f"battery: {volts:.3g} V at least of 12 V, " in load.sag_line
     assert hp.motor_budget(found, record(), full()).passes and not budget.passes
 
 
