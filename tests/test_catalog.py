@@ -141,12 +141,12 @@ def _write(folder: Path, *lines: str) -> Path:
 
 
 def test_units_of_the_header(tmp_path: Path) -> None:
-    """30 kgf cm are 2.942 N m, 45 rpm are 4.712 rad/s, 55 g are 0.055 kg."""
+    """30 kgf cm are 2.942 N m, 45 rpm are 4.712 rad/s; with a byte order mark, and an empty row."""
     path = _write(
         tmp_path,
-        "model,voltage_V,stall_torque_kgf_cm,no_load_speed_rpm,mass_g,stall_current_mA,"
+        "\ufeffmodel,voltage_V,stall_torque_kgf_cm,no_load_speed_rpm,mass_g,stall_current_mA,"
         "armature_gcm2,armature_source,price,currency,source,gear_ratio",
-        'Mine,12,30,45,55,2700,123000,"measured, bench",14.9,EUR,"sheet, page 2",345',
+        'Mine,12,30,45,55,2700,123000,"measured, bench",14.9,EUR,"sheet, page 2",345\n,,,,,,,,,,,',
     )
     (record,) = hp.load_catalog(path)
     assert record.stall_torque == pytest.approx(0.3 * 9.80665, rel=1e-12)
@@ -156,16 +156,6 @@ def test_units_of_the_header(tmp_path: Path) -> None:
     assert (record.price, record.currency) == (14.9, "EUR")
     assert record.armature_source == "measured, bench"
     assert record.assumed == record.flags == ()
-
-
-def test_how_spreadsheets_write_files(tmp_path: Path) -> None:
-    """Byte order mark, blank lines; computed columns are read over; empty cells are unknown."""
-    path = tmp_path / "motors.csv"
-    text = f"{HEADER},no_load_speed_rpm,kt_output_Nm_per_A_est\r\n\r\n{GOOD},57.3,bad\r\n,,,,,,\r\n"
-    path.write_bytes(b"\xef\xbb\xbf" + text.encode())
-    (record,) = hp.load_catalog(path)
-    assert (record.model, record.no_load_speed) == ("A", 6.0)
-    assert record.flags == ("no stall current is known", "no source is known")
 
 
 MORE = (

@@ -107,13 +107,12 @@ def test_every_sample_is_in_the_page(data: PageData, trace: Trace) -> None:
 
 
 def test_samples_recorded_on_request_are_in_the_page(trace: Trace) -> None:
-    time = trace.time[:, None]
-    asked = {"temperature": 25.0 + time * np.ones(18)}
-    asked["temperature"][:, 3] = np.nan  # of a motor whose data are not known
+    warm = 25.0 + trace.time[:, None] * np.ones(18)
+    warm[:, 3] = np.nan  # of a motor whose data are not known
     asking = replace(trace)
-    object.__setattr__(asking, "requested", SimpleNamespace(arrays=asked))
+    object.__setattr__(asking, "requested", SimpleNamespace(arrays={"temperature": warm}))
     found = PageData(page_text({"": asking}))
-    np.testing.assert_allclose(found.channel("temperature"), asked["temperature"], atol=5.1e-3)
+    np.testing.assert_allclose(found.channel("temperature"), warm, atol=5.1e-3)
 
 
 def test_limits_are_those_that_acted_and_currents_have_the_gears_losses() -> None:
@@ -227,21 +226,18 @@ def test_bodies_without_primitives_become_sticks() -> None:
     assert any("mesh not drawn: package://x/y.stl" in note for note in found.plain["notes"])
 
 
-def test_what_is_not_finite_is_refused_with_its_sample(trace: Trace) -> None:
+def test_bad_requests_are_refused(trace: Trace, tmp_path: Path) -> None:
     values = np.array(trace.foot_force)
     values[50, 0] = np.nan
-    with refused(ViewerError, about=("foot_force", "50", "0.5")):
-        page_text({"": replace(trace, foot_force=values)})
-
-
-def test_bad_requests_are_refused(trace: Trace, tmp_path: Path) -> None:
+    other = replace(trace, joint_names=("knee", *JOINTS[1:]))
+    for bad, *about in (
+        (replace(trace, foot_force=values), "foot_force", "50", "0.5"),
+        (synthetic_trace(urdf="no robot"), "URDF"), (other, "'knee'"),
+    ):  # fmt: skip
+        with refused(ViewerError, about=tuple(about)):
+            write_html(bad, tmp_path / "x.html")
     with refused(ParameterError, "force_scale", 0.0):
         write_html(trace, tmp_path / "x.html", force_scale=0.0)
-    with refused(ViewerError, about=("URDF",)):
-        write_html(synthetic_trace(urdf="no robot"), tmp_path / "x.html")
-    other = replace(trace, joint_names=("knee", *JOINTS[1:]))
-    with refused(ViewerError, about=("'knee'",)):
-        write_html(other, tmp_path / "x.html")
     assert os.listdir(tmp_path) == []
 
 

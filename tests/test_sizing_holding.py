@@ -151,14 +151,8 @@ def test_losing_a_leg_loads_the_others_and_may_tip_the_robot() -> None:
     assert strong.lost_leg_use == required.lost_leg_use == pytest.approx(use)
     assert ("lost_leg_use" in required.failures) == (use > 1.0)
     assert "lost_leg_use" not in strong.failures
-
-
-def test_rest_is_held_against_continuous_and_stances_against_stall() -> None:
-    """By hand: a fifth of stall for ever, whatever is rated; 0.8 of 0.9 of it for a stance."""
-    found = demand()
-    row = hp.motor_budget(found, record(stall_torque=3.0, rated_torque=0.5)).robot
-    assert row.standing_use == pytest.approx(found.standing.max() / 0.6)
-    assert row.holding_use == pytest.approx(found.holding.max() / (0.8 * 0.9 * 3.0))
+    assert strong.standing_use == pytest.approx(found.standing.max() / 0.6)  # a fifth, for ever
+    assert strong.holding_use == pytest.approx(found.holding.max() / (0.8 * 0.9 * 3.0))
     weak = hp.motor_budget(found, record(stall_torque=0.1)).robot
     assert {"standing_use", "holding_use"} <= set(weak.failures)
 
@@ -169,6 +163,5 @@ def test_without_the_robot_or_its_contacts_it_is_unknown() -> None:
     row = hp.motor_budget(found, record()).joints[0]
     assert row.standing_use is row.holding_use is row.lost_leg_use is row.inertia_ratio is None
     names = ("foot_position", "foot_force", "foot_impulse", "foot_gap", "foot_normal")
-    bare = dict.fromkeys(names)
-    found = hp.sizing.joint_demand(replace(walk(), **bare))
+    found = hp.sizing.joint_demand(replace(walk(), **dict.fromkeys(names)))
     assert np.isnan(found.holding_lost_leg).all() and np.isfinite(found.load_inertia).all()
