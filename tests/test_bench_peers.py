@@ -29,7 +29,6 @@ from hexapod_pin.validation.solver_setting import SolverSetting
 
 
 def engine(module: str, task: Task):
-    """An engine with a task loaded; skips where it is not installed."""
     pytest.importorskip(module)
     name = module.removeprefix("py") if module == "pydrake" else module
     found = importlib.import_module(f"hexapod_pin.benchmark.engines.{name}_engine")
@@ -97,7 +96,6 @@ def test_a_diverging_mujoco_run_is_a_note_and_leaves_no_log(tmp_path, monkeypatc
 
 
 def test_what_engines_cannot_be_compared_on_is_refused():
-    """A foot in the ground, a foot that is a point, a slope."""
     soft, stand = built_in("hc40-soft"), built_in("stand")
     with refused(ParameterError, "depth of a foot at t = 0", 0.006125, allowed=(0.0001,)):
         Problem.of(soft)
@@ -189,7 +187,6 @@ def test_a_gait_is_held_from_sample_to_sample_for_all_engines():
 
 
 def test_what_no_scene_is_made_of_is_refused():
-    """Set-points between samples, names that are not there, a stroke that cannot be walked."""
     task = replace(built_in("walk"), sample=0.02, duration=0.1)
     with refused(ParameterError, "sample", 0.02):
         set_points(task)

@@ -16,7 +16,6 @@ CATALOG = hp.load_catalog()
 
 
 def test_rows_of_the_catalogue() -> None:
-    """Each row has its source, each price a currency, a day and a source; AX-12A as published."""
     record = CATALOG.get("ax-12a")
     assert (record.name, record.stall_torque) == ("AX-12A at 12 V", 1.5)
     assert record.no_load_speed == pytest.approx(59 * 2 * 3.14159265 / 60, rel=1e-5)
@@ -57,7 +56,6 @@ def test_a_number_in_another_unit_is_refused() -> None:
 
 
 def test_motor_is_the_line_of_the_row() -> None:
-    """Currents do not touch the line; a torque constant is for those that a run records."""
     record = CATALOG.get("XC430-W150", 12.0)
     other = record.model_copy(update={"stall_current": 100.0, "torque_constant": 1.0}).motor(0.8)
     assert (other.stall_torque, other.no_load_speed) == (record.stall_torque, record.no_load_speed)
@@ -86,7 +84,6 @@ def test_armature_is_published_or_estimated() -> None:
 
 
 def test_names_and_voltages() -> None:
-    """A model with several voltages wants one; a supply between the rows takes the nearest."""
     assert CATALOG.get("xm430-w350 at 11.1 v").stall_torque == 3.8
     allowed, hint = (11.1, 12.0, 14.8), ("'XM430-W350 at 11.1 V'",)
     with refused(ParameterError, "voltage", 13.0, allowed=allowed, about=hint):
@@ -118,7 +115,6 @@ def test_derating() -> None:
 
 
 def test_the_catalogue_is_written_and_shown(tmp_path: Path) -> None:
-    """Every record to the bit; the table of docs/motors.md is that of the package's file."""
     page = (Path(__file__).parents[1] / "docs" / "motors.md").read_text(encoding="utf-8")
     assert page.endswith(f"\n\n{CATALOG.table()}\n")
     again = hp.load_catalog(CATALOG.save(tmp_path / "mine.csv"))
@@ -186,7 +182,6 @@ FAULTS = [  # the file, and line, column and value of its one fault with what it
 
 @pytest.mark.parametrize(("lines", "line", "column", "value", "about"), FAULTS)
 def test_bad_file(tmp_path, lines, line, column, value, about):
-    """One message: file, line, column, value in the units of the file, what is allowed."""
     path = _write(tmp_path, *lines)
     fault = {"source": str(path), "line": line, "column": column, "value": value}
     with refused(CatalogError, about=(str(path), *about), **fault) as caught:
@@ -195,7 +190,6 @@ def test_bad_file(tmp_path, lines, line, column, value, about):
 
 
 def test_all_bad_rows_are_reported_at_once(tmp_path: Path) -> None:
-    """One message per row, and a name that stands twice names the first."""
     path = _write(tmp_path, HEADER, GOOD, "B,12,x,6,y", "a,12.0,2,6,1", "C,12,1,-6,1")
     with refused(CatalogError, source=str(path)) as caught:
         hp.load_catalog(path)

@@ -30,7 +30,6 @@ ROOT = Path(__file__).parent.parent
 
 @pytest.fixture
 def contact(run: Run) -> Callable[..., tuple[int, str, str]]:
-    """Run `hexapod-pin contact` in an empty folder; give its status, stdout and stderr."""
     return lambda *options: tuple(vars(run("contact", *options)).values())[:3]
 
 
@@ -48,7 +47,6 @@ def test_the_table_of_restitution(contact) -> None:
 
 @pytest.mark.parametrize("name", [*PRESETS, *examples()])
 def test_every_preset_and_kind_reports(name: str) -> None:
-    """Each prints its own parameters and no number that is not finite."""
     law = named_law(name)
     text = report(law, mass=0.5, speed=0.1)
     assert not re.search(r"nan|inf(?!in)", text)
@@ -85,7 +83,6 @@ def test_parameters_reach_the_law() -> None:
 
 
 def test_figure_shows_what_the_law_has(contact, tmp_path: Path) -> None:
-    """Two panels for a normal law, one for a friction law, three for a pair; axes with units."""
     figure = pytest.importorskip("hexapod_pin.view.contact_figure")
     for name, panels in [("restitution", 2), ("tanh-coulomb", 1), ("s2", 3)]:
         axes = figure.draw(named_law(name), mass=0.5, speed=0.1).axes
@@ -97,7 +94,6 @@ def test_figure_shows_what_the_law_has(contact, tmp_path: Path) -> None:
 
 
 def test_without_matplotlib_the_numbers_are_still_printed(contact, tmp_path, monkeypatch):
-    """The default figure is left out with one message; one requested by name is refused at once."""
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     status, out, err = contact("s1")
     assert (status, list(tmp_path.iterdir())) == (0, [])

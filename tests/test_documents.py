@@ -49,10 +49,7 @@ def anchors(page: Path) -> set[str]:
 
 @pytest.mark.parametrize("page", HAND_WRITTEN, ids=lambda page: page.stem)
 def test_paths_exist(page: Path) -> None:
-    """Paths from the top of the checkout, in back quotes; `<name>` stands for any name.
-
-    Pages that a command wrote say what was true when it did.
-    """
+    """Paths from the top of the checkout, in back quotes; `<name>` stands for any name."""
     for path in re.findall(rf"`((?:{FOLDERS})/[^`\s]*)`", text_of(page)):
         if page.stem == "extending" and Path(path).stem == "heun":
             continue  # the method that the page adds
@@ -65,7 +62,6 @@ COMMANDS = frozenset(typer.main.get_group(app).commands)
 
 @every_page
 def test_names_and_commands_exist(page: Path) -> None:
-    """`hp.name`; in back quotes `hexapod_pin.room.name`, a module or a name in one; commands."""
     text = text_of(page)
     for name in re.findall(r"\bhp\.([A-Za-z_]\w*)", text):
         assert hasattr(hp, name), f"hp.{name}"
@@ -79,7 +75,6 @@ def test_names_and_commands_exist(page: Path) -> None:
 
 
 def blocks(page: Path) -> list[str]:
-    """Return the Python blocks of a page."""
     return re.findall(r"```python\n(.*?)```", text_of(page), re.DOTALL)
 
 
@@ -89,11 +84,7 @@ WITH_CODE = [page for page in IN_DOCS if not page.stem.startswith("extending") a
 
 @pytest.mark.parametrize("page", WITH_CODE, ids=lambda page: page.stem)
 def test_the_code_of_a_page_runs(page, tmp_path, monkeypatch):
-    """The blocks of a page belong together: names of one are known in the next.
-
-    Those of the pages on extending are pieces of modules of the package: `test_extending.py` runs
-    them there.
-    """
+    """`test_extending.py` runs those of the pages on extending."""
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {}
     if page.stem == "playback":  # of any run
@@ -107,7 +98,6 @@ def test_the_code_of_a_page_runs(page, tmp_path, monkeypatch):
 
 
 def test_the_pages_are_short() -> None:
-    """Hand-written ones, without tables and blocks; the README fits on two screens."""
     words = 0
     for page in (ROOT / "docs").glob("*.md"):
         text = re.sub(r"^\s*```.*?^\s*```$", "", text_of(page), flags=re.DOTALL | re.MULTILINE)
@@ -119,7 +109,6 @@ def test_the_pages_are_short() -> None:
 
 
 def test_the_navigation_of_the_site_names_every_page_once() -> None:
-    """Those of `docs/`, and those that its build makes of other files."""
     text = text_of(ROOT / "mkdocs.yml").partition("\nnav:\n")[2]
     named = re.findall(r"([\w/]+\.md)$", text, re.MULTILINE)
     docs = ROOT / "docs"

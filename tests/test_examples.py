@@ -21,7 +21,6 @@ EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 
 
 def example(name: str) -> ModuleType:
-    """Import one example without running it."""
     spec = importlib.util.spec_from_file_location(name, ROOT / "examples" / f"{name}.py")
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -31,7 +30,6 @@ def example(name: str) -> ModuleType:
 
 @pytest.fixture
 def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """Return a function that runs an example in an empty folder and checks what it leaves there."""
     monkeypatch.chdir(tmp_path)
 
     def run_one(name: str, files: tuple[str, ...] = (), **settings: Any) -> Any:
@@ -143,7 +141,6 @@ def test_own_study(run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None
 
 
 def test_the_first_code_block_of_the_readme_runs(capsys: pytest.CaptureFixture[str]) -> None:
-    """As it stands; what it prints are the lines that the README shows below it."""
     text = (ROOT / "README.md").read_text(encoding="utf-8")
     found = re.search(r"```python\n(.*?)```\n\n```\n(.*?)```", text, re.DOTALL)
     assert found is not None

@@ -30,13 +30,11 @@ def trace() -> hp.Trace:
 
 @pytest.fixture(scope="module")
 def saved(trace: hp.Trace, tmp_path_factory: pytest.TempPathFactory) -> tuple[bytes, Any]:
-    """The file of the trace, and what it holds."""
     path = trace.save(tmp_path_factory.mktemp("saved") / "walk.nc")
     return path.read_bytes(), read_netcdf(path)[0]
 
 
 def write(path: Path, name: str, value: Any) -> None:
-    """Put another variable into a file, or take it away."""
     with h5py.File(path, "r+") as file:
         del file[name]
         if value is not None:
@@ -46,7 +44,6 @@ def write(path: Path, name: str, value: Any) -> None:
 
 
 def forge(path: Path) -> None:
-    """Write the digest of what the file holds now."""
     digest = _stored_digest(read_netcdf(path)[0])
     with h5py.File(path, "r+") as file:
         file.attrs["digest"] = digest or "none"
@@ -166,7 +163,6 @@ def test_a_checkpoint_that_breaks_its_schema_is_refused(trace):
 
 @pytest.fixture(scope="module")
 def walk() -> hp.Case:
-    """The shortest with a whole steady cycle."""
     gait = hp.Gait.tetrapod(stroke=0.1, cycle_time=2.4)
     scene, control = hp.Scene(hp.load_robot("kharagpur")), hp.KinematicControl(gait)
     return hp.Case(scene, control, duration=7.2, accuracy=1e-3, sample=0.01)
@@ -215,7 +211,6 @@ def test_a_partial_trace_goes_through_its_file(motion: hp.Trace, tmp_path: Path)
 
 
 def test_a_choice_is_part_of_the_case(walk: hp.Case) -> None:
-    """Cases that name nothing stay as they were; one that names everything is one of them."""
 
     def case(**more: list[str]) -> hp.Case:
         return hp.Case(walk.scene, walk.controller, duration=1.0, accuracy=1e-3, **more)
@@ -234,7 +229,6 @@ def test_a_bad_choice_is_refused(walk: hp.Case) -> None:
 
 
 def test_a_group_is_there_as_a_whole(whole: hp.Trace) -> None:
-    """A half-given group would be found out too late."""
     arrays = {name: getattr(whole, name) for name in schema(hp.Trace)}
     rest = {"counters": {}, "joint_names": whole.joint_names, "foot_names": whole.foot_names}
     with refused(ParameterError, "Trace.foot_gap", None):

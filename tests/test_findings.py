@@ -27,7 +27,6 @@ MESH = '<visual><geometry><mesh filename="package://none/a.stl"/></geometry></vi
 
 
 def both(*breaks: Break) -> Break:
-    """Return several breaks as one."""
 
     def change(root: ET.Element) -> None:
         for one in breaks:
@@ -189,7 +188,6 @@ def test_all_at_once_in_one_pass() -> None:
 
 
 def test_equal_findings_are_one_block() -> None:
-    """Eighteen joints without speed: one block with the count and all names."""
     findings = find_all(broken(every("joint", "limit", velocity="0")), NoMeshes())
     (block,) = folded(findings)
     lines = finding_lines(findings)
@@ -199,7 +197,6 @@ def test_equal_findings_are_one_block() -> None:
 
 
 def test_oddities_of_the_text_are_read_and_reported() -> None:
-    """Text before the declaration; prefixes left over from xacro or Gazebo."""
     file = parse_urdf(("<!-- (c) -->\n" + SOUND).encode(), "x")
     assert [x.what for x in find_all(file, None)] == ["text before XML"] and file.text == SOUND
     text = SOUND.replace("</robot>", "<gazebo:plugin xacro:if='1'/></robot>")

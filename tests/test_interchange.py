@@ -56,7 +56,6 @@ def walk_file(trace: hp.Trace, tmp_path_factory: pytest.TempPathFactory) -> Path
 
 
 def messages(path: Path) -> dict[str, list[Any]]:
-    """Return the messages of a file by topic, as rosbags decodes them: time [ns] and message."""
     found: dict[str, list[Any]] = {}
     with AnyReader([path]) as reader:
         for connection, time, data in reader.messages():
@@ -66,7 +65,6 @@ def messages(path: Path) -> dict[str, list[Any]]:
 
 
 def test_what_is_read_back_is_what_was_written_to_the_bit(trace: hp.Trace, walk_file: Path) -> None:
-    """By the package itself, and by another library."""
     read = hp.interchange.read_mcap(walk_file)
     for name in ("time", "q", "v", "torque", "q_ref", "v_ref", "com", "foot_force"):
         assert same_bits(getattr(read, name), getattr(trace, name)), name
@@ -122,16 +120,10 @@ def test_the_transforms_place_every_link_where_pinocchio_has_it(
         there = place(f"{foot}_contact")
         assert np.array_equal(there[:3, 3], trace.foot_position[k, number])
         assert np.array_equal(there[:3, :3], np.eye(3))
-    arrows = found["/foot_force_arrows"][40][1].markers
-    ends = [(a.points[1].z - a.points[0].z) for a in arrows if a.action == 0]
-    largest = np.linalg.norm(trace.foot_force, axis=2).max()
-    expected = [0.25 * f[2] / largest for f in trace.foot_force[k] if f.any()]
-    assert np.allclose(ends, expected, atol=1e-12)
 
 
 @pytest.fixture(scope="module")
 def bare() -> hp.Trace:
-    """A run of which nothing but the motion was recorded."""
     scene = hp.Scene(hp.load_robot("kharagpur"))
     return hp.simulate(scene, hp.HoldPosture(), duration=0.02, record=["motion"])
 
@@ -164,7 +156,6 @@ def test_damaged_files_and_odd_endings_are_refused(walk_file: Path, tmp_path: Pa
 
 
 def test_a_gait_and_a_run_as_trajectories(plan, trace: hp.Trace, tmp_path: Path) -> None:
-    """YAML and MCAP hold the same; the controller's cubics follow the plan, and end at rest."""
     write, timing = hp.interchange.write_joint_trajectory, {"rate": 50.0, "duration": 4.0}
     data = yaml.safe_load(write(plan, tmp_path / "gait.yaml", **timing).read_text())
     assert data["joint_names"] == list(plan.robot.joint_names)
@@ -196,7 +187,6 @@ def test_a_gait_and_a_run_as_trajectories(plan, trace: hp.Trace, tmp_path: Path)
 
 
 def test_limits_hold_between_the_points_too(plan: hp.motion.WalkPlan) -> None:
-    """Against a search over 400 instants of every interval."""
     samples = joint_samples(plan, 10.0, 4.0, "test")
     robot, names = samples.robot, samples.robot.joint_names
     at = np.linspace(0.0, samples.time[-1], 400 * (len(samples.time) - 1) + 1)
@@ -235,7 +225,6 @@ def test_servos_count_as_their_makers_say() -> None:
 
 
 def test_ticks_give_the_planned_angles_back(plan: hp.motion.WalkPlan, tmp_path: Path) -> None:
-    """To half a tick, with sign and offset of each joint."""
     mounts = {
         "lf_coxa_joint": hp.interchange.ServoMount(11, sign=-1, offset=0.1),
         "rr_tibia_joint": hp.interchange.ServoMount(2, offset=1.2),
@@ -291,7 +280,6 @@ def test_a_tick_that_there_is_not_is_refused(plan, bare: hp.Trace, tmp_path: Pat
 
 
 def test_the_command_exports_a_gait_and_a_run(trace: hp.Trace, tmp_path: Path) -> None:
-    """The plan of a robot as a trajectory that ends when it says, and a trace as an MCAP file."""
     target = tmp_path / "gait.yaml"
 
     def export(*words: str) -> Any:

@@ -21,8 +21,6 @@ from hexapod_pin.robot.reading import ResourceFinder
 from hexapod_pin.view.html import page_text
 from hexapod_pin.view.mesh_store import MeshStore, decimated, merged, shared_limit
 from hexapod_pin.view.robot_shapes import MESH_COLOR, RobotShapes, mesh_visuals
-from hexapod_pin.view.sample_block import SampleBlock, unpacked
-from hexapod_pin.view.scene_graph import DrawnMeshes
 
 RADIUS = 0.1  # m
 
@@ -47,7 +45,6 @@ def shapes(folder: Path, text: str, store: MeshStore) -> RobotShapes:
 
 
 def arrays(geometry: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Return vertices (V, 3) and triangles (F, 3) of a geometry."""
     data = geometry["data"]
     position, index = data["attributes"]["position"]["array"], data["index"]["array"]
     return position.reshape(-1, 3).astype(float), index.reshape(-1, 3).astype(int)
@@ -61,13 +58,11 @@ def volume(vertices: np.ndarray, faces: np.ndarray) -> float:
 
 @pytest.fixture(scope="module")
 def ball() -> tuple[np.ndarray, np.ndarray]:
-    """A sphere of 81920 triangles."""
     mesh = trimesh.creation.icosphere(subdivisions=6, radius=RADIUS)
     return np.array(mesh.vertices), np.array(mesh.faces, dtype=np.int64)
 
 
 def test_the_budget_is_shared_and_kept() -> None:
-    """Small meshes are left; loose triangles keep it too."""
     assert shared_limit([10, 20, 1000, 2000], 1030) == 500
     assert (shared_limit([10, 20], 1000), shared_limit([], 5)) == (20, 0)
     vertices = np.random.default_rng(1).random((9000, 3))
@@ -82,22 +77,6 @@ def test_a_decimated_ball_is_on_the_ball(ball: tuple[np.ndarray, np.ndarray]) ->
     assert volume(vertices, faces) == pytest.approx(4 / 3 * np.pi * RADIUS**3, rel=0.02)
 
 
-def test_meshes_alike_are_stored_once_in_a_page(tmp_path: Path) -> None:
-    """Two copies of a file in three visuals make one array of positions and one of indices."""
-    box = trimesh.creation.box((1.0, 2.0, 3.0))
-    for name in ("a.stl", "b.stl"):
-        box.export(tmp_path / name)
-    text = urdf("".join(visual(name) for name in ("a.stl", "b.stl", "a.stl")))
-    parts = shapes(tmp_path, text, MeshStore()).bodies["root_joint"]
-    block = SampleBlock()
-    meshes = DrawnMeshes(block)
-    assert {meshes.places(part.geometry) for part in parts} == {(0, 1)} and len(parts) == 3
-    corners, index = unpacked(block.content, block.table)
-    stored = arrays(parts[0].geometry)
-    np.testing.assert_allclose(corners, stored[0], atol=5.1e-6)
-    np.testing.assert_array_equal(index.reshape(-1, 3), stored[1])
-
-
 def test_a_mesh_stands_where_its_link_puts_it(tmp_path: Path) -> None:
     """The fixed joint turns by 90 degrees: 0.5 along the link's x is 0.5 along y."""
     trimesh.creation.box((1.0, 2.0, 3.0)).export(tmp_path / "a.stl")
@@ -108,7 +87,6 @@ def test_a_mesh_stands_where_its_link_puts_it(tmp_path: Path) -> None:
 
 
 def test_colours_of_the_urdf_come_first(tmp_path: Path) -> None:
-    """URDF's own, its named material, the file's own, the default."""
     trimesh.creation.box((1.0, 1.0, 1.0)).export(tmp_path / "a.stl")
     green = trimesh.visual.material.SimpleMaterial(diffuse=(0, 255, 0, 255))
     box = trimesh.creation.box((1.0, 1.0, 1.0))
@@ -126,7 +104,6 @@ def test_colours_of_the_urdf_come_first(tmp_path: Path) -> None:
 
 
 def test_what_is_drawn_of_meshes_that_are_not_there(tmp_path: Path) -> None:
-    """A note, and the rest, or what collides; a visual primitive needs no stand-in."""
     robot = shapes(tmp_path, urdf(visual("package://lost/a.stl")), MeshStore())
     assert not any("data" in part.geometry for part in robot.bodies["root_joint"])
     assert len(robot.notes) == 1 and "lost/a.stl" in robot.notes[0]
@@ -196,7 +173,6 @@ def lines(trace: Trace, name: str) -> np.ndarray:
     "terrain", [hp.Slope(angle=0.3, heading=1.0), STAIRS, HILLS, GROOVE], ids=lambda t: t.kind
 )
 def test_the_surface_is_the_ground_that_was_simulated(robot: hp.Robot, terrain: Any) -> None:
-    """Every corner of the mesh lies on the ground, and every face looks up or is a riser."""
     trace = standing(robot, terrain)
     assert ("edges" in drawn(trace).runs[0]["ground"]) == (terrain in PROFILES)
     faces = triangles(trace)
@@ -212,7 +188,6 @@ def test_the_surface_is_the_ground_that_was_simulated(robot: hp.Robot, terrain: 
 
 
 def test_joints_below_the_ground_are_stated(robot: hp.Robot) -> None:
-    """Links pass through the ground in a run: the page has the deepest joint, and how deep."""
     trace = standing(robot, hp.Flat())
     assert drawn(trace).runs[0]["below"] == []
     lowered = hp.Trace(**{**vars(trace), "q": trace.q - np.eye(trace.q.shape[1])[2] * 0.3})
@@ -222,7 +197,6 @@ def test_joints_below_the_ground_are_stated(robot: hp.Robot) -> None:
 
 
 def test_risers_are_drawn_vertical_with_two_lines_each(robot: hp.Robot) -> None:
-    """Across the heading, at the foot of the riser and at its edge."""
     trace = standing(robot, STAIRS)
     faces = triangles(trace)
     normal = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
@@ -238,7 +212,6 @@ def test_risers_are_drawn_vertical_with_two_lines_each(robot: hp.Robot) -> None:
 
 
 def test_level_ground_is_one_rectangle(robot: hp.Robot) -> None:
-    """Flat ground, a slope of no angle, and that of a trace without a scene, at their height."""
     for terrain in (hp.Flat(height=0.2), hp.Slope(angle=0.0, point=(0.0, 0.0, 0.2))):
         found = drawn(standing(robot, terrain))
         assert found.runs[0]["ground"]["level"] and len(found.ground()[1]) == 2

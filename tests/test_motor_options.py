@@ -45,7 +45,6 @@ def test_refused(run: Run, options: tuple[str, ...], text: str) -> None:
 
 
 def test_numbers_and_names() -> None:
-    """A number stays one; a name is looked up; the rest is refused with what there is."""
     assert (torque_limit("2.5"), torque_limit("MG996R"), torque_limit(None)) == (2.5, 1.079, None)
     assert (speed_limit(" 1e1 "), speed_limit("MG996R")) == (10.0, 6.1575)
     with refused(ParameterError, "--effort", "strong"):
@@ -117,7 +116,6 @@ def test_arguments_become_options_where_the_command_has_them(
 
 
 def test_a_command_and_python_name_the_same(tmp_path: Path, run: Run) -> None:
-    """From the command line `--feet`, from Python `feet=`."""
     path = tmp_path / "box.urdf"
     path.write_text(
         '<robot name="box"><link name="base"><inertial><mass value="1"/><inertia ixx="1" iyy="1" '

@@ -42,7 +42,6 @@ def selection():
 
 
 def test_passing_motors_come_first_and_the_lightest_of_them(selection):
-    """The robot weighs its motors, and the choice passes."""
     passes = [c.passes for c in selection.candidates]
     assert passes == sorted(passes, reverse=True)
     masses = [c.motor_mass for c in selection.candidates if c.passes]
@@ -145,7 +144,6 @@ def test_a_choice_is_held_to_a_bus_a_maker_a_price_and_says_what_it_mixes():
 
 
 def test_options_of_the_command_are_the_study_s(run, tmp_path):
-    """Every restriction reaches the motors; an unknown name is refused with the known ones."""
     for option, value, known in (("--bus", "I2C", "RS-485"), ("--maker", "Nobody", "Feetech")):
         done = run("select", "kharagpur", option, value)
         assert done.status == 2 and value in done.err and known in done.err

@@ -31,13 +31,11 @@ CELLS = {
 
 
 def plain(page: str) -> str:
-    """Return the texts of a page without its tags."""
     return html.unescape(re.sub("<[^>]*>", "", page))
 
 
 @pytest.fixture(scope="module")
 def shown() -> dict[str, dict[str, Any]]:
-    """The formats of each cell's result, by name of the cell, and the trace itself."""
     from IPython.core.interactiveshell import InteractiveShell
 
     shell = InteractiveShell.instance()
@@ -55,7 +53,6 @@ def shown() -> dict[str, dict[str, Any]]:
 
 @pytest.mark.parametrize("name", ["robot", "scene", "trace"])
 def test_a_notebook_shows_robot_scene_and_trace(shown: dict, name: str) -> None:
-    """Facts, and a picture in a frame that is a whole page of the viewer."""
     page = shown[name]["text/html"]
     assert "kharagpur" in plain(page)
     ((_, frame),) = re.findall(r"""<iframe[^>]*srcdoc=(["'])(.*?)\1""", page, re.DOTALL)
@@ -104,6 +101,5 @@ def test_a_selection_is_a_table_and_hostile_names_are_escaped() -> None:
 
 
 def test_what_cannot_be_drawn_says_why() -> None:
-    """A trace without a URDF has facts and a reason in place of a playback."""
     page = with_run(synthetic_trace(duration=0.1), urdf=None)._repr_html_()
     assert "<iframe" not in page and "No playback" in page

@@ -36,7 +36,6 @@ from hexapod_pin.view.worst_instants import worst_instants
 
 @pytest.fixture(scope="module")
 def trace() -> Trace:
-    """A walk with a tilted, moving trunk and joints that all differ."""
     still = synthetic_trace(duration=1.0)
     q, time, force = np.array(still.q), still.time, np.array(still.foot_force)
     q[:, 1] = -0.3 * time
@@ -49,7 +48,6 @@ def trace() -> Trace:
 
 @pytest.fixture(scope="module")
 def page(trace: Trace, tmp_path_factory: pytest.TempPathFactory) -> str:
-    """The HTML file of that walk."""
     path = write_html(trace, tmp_path_factory.mktemp("html") / "walk.html", force_scale=0.01)
     return path.read_text(encoding="utf-8")
 
@@ -82,7 +80,6 @@ def test_a_block_gives_back_every_number_within_half_its_resolution() -> None:
 
 
 def test_the_page_is_whole_and_loads_nothing(page: str) -> None:
-    """No element refers outside; every file of the package's folder stands in it."""
     loads = Loads(page)
     assert loads.addresses == []
     assert "default-src 'none'" in loads.policy and "http" not in loads.policy
@@ -116,7 +113,6 @@ def test_samples_recorded_on_request_are_in_the_page(trace: Trace) -> None:
 
 
 def test_limits_are_those_that_acted_and_currents_have_the_gears_losses() -> None:
-    """Motors by kind and by joint, capped by `peak_torque` and the URDF; other joints' limits."""
     robot = hp.load_robot("kharagpur")
     weak = hp.Motor(stall_torque=4.0, no_load_speed=5.0, voltage_ratio=0.5, peak_torque=1.5)
     strong = hp.Motor(stall_torque=8.0, no_load_speed=6.0, torque_constant=0.01, gear_ratio=200.0)
@@ -145,7 +141,6 @@ def test_limits_are_those_that_acted_and_currents_have_the_gears_losses() -> Non
 
 
 def test_sliding_joints_have_forces(tmp_path: Path) -> None:
-    """Rows of feet on springs are in N and m/s, those of joints that turn in N m and rad/s."""
     robot = load(legged(spring=True), tmp_path)
     trace = hp.simulate(hp.Scene(robot), hp.HoldPosture(), duration=0.1, estimate=False)
     rows = {row["key"]: row for row in PageData(page_text({"": trace})).runs[0]["worst"]}
@@ -216,7 +211,6 @@ def test_a_body_carries_its_visuals(data: PageData) -> None:
 
 
 def test_bodies_without_primitives_become_sticks() -> None:
-    """Without visuals each link is drawn from its joint to the next and to its foot."""
     text = re.sub(r"<visual>.*?</visual>", "", URDF.read_text(), flags=re.S)
     mesh = '<visual><geometry><mesh filename="package://x/y.stl"/></geometry></visual>'
     text = text.replace('<link name="lf_coxa">', f'<link name="lf_coxa">{mesh}')
@@ -242,7 +236,6 @@ def test_bad_requests_are_refused(trace: Trace, tmp_path: Path) -> None:
 
 
 def test_a_browser_gets_the_page(trace: Trace, capsys: pytest.CaptureFixture[str]) -> None:
-    """On this machine only, whole, and nothing listens afterwards."""
     with live_viewer(trace, port=0, speed=0.5, loop=False) as viewer:
         assert viewer.url.startswith("http://127.0.0.1:")
         with urllib.request.urlopen(viewer.url, timeout=10) as answer:

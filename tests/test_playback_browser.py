@@ -38,13 +38,11 @@ def trace() -> Trace:
 
 @pytest.fixture(scope="module")
 def text(trace: Trace) -> str:
-    """Its page, torques held against a motor."""
     motor = load_catalog().get("AX-12A")
     return page_text({"": trace}, motor=motor, command="hexapod-pin walk kharagpur")
 
 
 def test_ten_seconds_take_at_most_700_kilobytes(text: str, trace: Trace) -> None:
-    """Every sample, 2 ms apart, at a tenth of the run's error or finer."""
     assert len(text.encode()) <= 700_000
     data = PageData(text)
     assert len(data.channel("time")) == len(trace.time) == 5001
@@ -56,7 +54,6 @@ def test_ten_seconds_take_at_most_700_kilobytes(text: str, trace: Trace) -> None
 
 @pytest.fixture(scope="module")
 def page(browser: Any, text: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    """The page, opened by a link."""
     path = tmp_path_factory.mktemp("page") / "walk.html"
     path.write_text(text)
     found = opened(browser, path, "#t=5.554&joint=rr_femur")
@@ -89,10 +86,7 @@ def test_values_shown_are_those_of_the_trace(page: Any, trace: Trace) -> None:
 
 
 def test_every_number_of_the_table_stands_at_its_instant(page: Any, trace: Trace) -> None:
-    """A click on the time goes there: to the state kept of a torque's peak, which is what is shown.
-
-    Of other peaks between samples the nearest sample is shown beside the peak.
-    """
+    """A click goes to the state kept of a torque's peak, else to the nearest sample."""
     summary, kept, rows = trace.summary, trace.peaks, page.evaluate("playback.worst")
     found = page.evaluate(
         """() => [...document.querySelectorAll("#worst button")].map((button) => {
@@ -130,10 +124,7 @@ def test_every_number_of_the_table_stands_at_its_instant(page: Any, trace: Trace
 
 
 def test_what_a_push_and_a_lost_leg_did_stands_at_its_instant(page: Any, trace: Trace) -> None:
-    """The largest torque, the least margin and the lowest trunk while each acts, of the trace.
-
-    The push of 8.0 to 8.2 s counts for a cycle more at least, thus to the end; the leg from 9.5 s.
-    """
+    """The push of 8.0 to 8.2 s counts for a cycle more at least, thus to the end."""
     assert page.evaluate("playback.bar.flags") == [[8.0, "push 6 N"], [9.5, "rf lost"]]
     for time, label in ((9.4, "rf"), (9.6, "rf lost")):
         page.evaluate("(t) => { playback.seek(t); playback.draw(); }", time)
@@ -156,10 +147,7 @@ def test_what_a_push_and_a_lost_leg_did_stands_at_its_instant(page: Any, trace: 
 
 
 def test_the_robot_stands_where_the_trace_has_it(page: Any, trace: Trace) -> None:
-    """At a sample within the rounding of angles over 0.3 m.
-
-    In the state kept of a peak by Pinocchio's forward kinematics, to single precision.
-    """
+    """At a sample within the rounding of angles over 0.3 m, at a peak to single precision."""
     page.evaluate("playback.seek(4.0)")
     settled(page)
     np.testing.assert_allclose(shown_feet(page), trace.foot_position[2000], atol=1e-4)
@@ -202,7 +190,6 @@ def test_keys_move_through_time(page: Any, trace: Trace) -> None:
 
 
 def test_a_click_on_a_link_selects_its_joint(page: Any, trace: Trace) -> None:
-    """The link's centre on the screen is where the picture has it."""
     page.evaluate("playback.camera('above'); playback.seek(0.0)")
     settled(page)
     x, y = page.evaluate(

@@ -47,7 +47,6 @@ def record(model: str, stall: float = 4.0, **other: object) -> MotorRecord:
 
 
 def candidate(motor: MotorRecord, peak: float, holding: float = 0.3) -> MotorCandidate:
-    """Return a motor on all joints, whose femur joints use so much of it."""
     reasons = ("femur torque is too large (tripod)",) if peak > 1.0 else ()
     uses = tuple(
         KindUse(kind, value, 0.4, holding, math.nan, 0.2, 0.0, math.nan,
@@ -93,7 +92,6 @@ def selection(**changes: object) -> MotorSelection:
 
 
 def texts(s: MotorSelection) -> str:
-    """Return all texts of a report, one after another."""
     found: list[str] = []
     for block in selection_blocks(s):
         if isinstance(block, Header):
@@ -111,7 +109,6 @@ def texts(s: MotorSelection) -> str:
 
 @pytest.fixture(scope="module")
 def page(tmp_path_factory):
-    """A report whose texts are hostile, as written."""
     evil = replace(CONFIDENCE, sentence='<script>alert("1")</script> & $x_2$')
     s = selection(confidence=evil, robot_name="<b>robot</b>", notes=("a <i>note</i> of 5 > 3",))
     path = tmp_path_factory.mktemp("report") / "motors.html"
@@ -120,7 +117,6 @@ def page(tmp_path_factory):
 
 
 def test_a_page_holds_its_figures_and_refers_to_nothing_else(page, tmp_path):
-    """Five figures as data, one script of its own; texts are escaped; the same bytes again."""
     text = page[1].decode()
     assert len(re.findall('<img [^>]*src="data:image/svg\\+xml;base64,', text)) == 5
     assert not re.search(r"@import|url\(|<(link|iframe|object|i)\b", text)
@@ -138,7 +134,6 @@ def test_a_page_holds_its_figures_and_refers_to_nothing_else(page, tmp_path):
 
 
 def test_a_low_confidence_and_two_voltages_do_not_look_like_a_pass():
-    """The word gives the confidence; a choice that needs two batteries is marked."""
     ranked = candidate(record("M1"), 0.8)
     mixed = {"coxa": record("M1"), "femur": record("M2").model_copy(update={"voltage": 14.8})}
     low = replace(CONFIDENCE, share=0.53)
@@ -164,7 +159,6 @@ def test_everything_an_auditor_asks_for_is_there():
 
 
 def test_what_is_unknown_says_so_and_nothing_is_nan():
-    """A choice with an unknown use does not simply pass."""
     ranked = (candidate(record("M1"), 0.8, holding=math.nan),)
     found = texts(selection(candidates=ranked, choice=ranked[0], confidence=None, demands={}))
     for text in (
@@ -177,7 +171,6 @@ def test_what_is_unknown_says_so_and_nothing_is_nan():
 
 
 def test_no_motor_that_passes_and_an_interrupted_run():
-    """The nearest motor is named with its reason; beyond the no-load speed is infinity."""
     ranked = (candidate(record("M3"), 1.7), candidate(record("M4"), math.inf))
     s = selection(candidates=ranked, choice=None, iterations=(), confidence=None, interrupted=True)
     found = texts(s)
@@ -187,7 +180,6 @@ def test_no_motor_that_passes_and_an_interrupted_run():
 
 
 def test_current_of_the_figure_has_the_budgets_peak_and_mean():
-    """The course that is drawn gives the battery's own numbers."""
     need, motor = demand(), record("M1")
     current = battery_current(need, Motors.of(KINDS, motor, Derating()))
     battery = motor_budget(need, motor).battery
@@ -215,7 +207,6 @@ def test_errors_are_typed_and_leave_no_file(tmp_path):
 
 
 def test_the_ranking_is_printed_where_nothing_can_draw_a_report(run, monkeypatch):
-    """A plain install has no matplotlib: the command says so; a report by name is refused."""
     chosen = selection(demands={}, confidence=None)
     monkeypatch.setattr("hexapod_pin.study.selection.select_motors", lambda *_, **__: chosen)
     monkeypatch.setitem(sys.modules, "matplotlib", None)

@@ -79,7 +79,6 @@ def test_four_feet_share_with_least_norm_and_none_is_pulled() -> None:
 
 
 def test_a_robot_that_would_tip_over_is_told() -> None:
-    """Outside the triangle, on two feet, on one, on none; on two with the centre on their line."""
     places = [(1.0, 0.0), (0.0, 1.0), (0.0, 0.0)]
     model, feet = table(places, (0.6, 0.6))
     cases = [[True] * 3, [True, True, False], [True, False, False], [False] * 3]

@@ -18,7 +18,6 @@ ROOT2 = np.sqrt(2.0)
 
 
 def use(torque: float, speed: float, **derating: float) -> hp.sizing.MotorUse:
-    """Return what a constant torque at a constant speed takes of the motor of 2 N m, 8 rad/s."""
     found = of_motion(np.full(11, torque), np.full(11, speed), cycle(10))
     return hp.motor_budget(found, record(), full(**derating)).joints[0]
 
@@ -178,7 +177,6 @@ def test_moving_rms_of_a_pulse() -> None:
 
 
 def test_the_load_inertia_of_a_walk_is_what_inverse_dynamics_asks_for() -> None:
-    """RNEA with one joint accelerated alone, less the same at rest; the rotor is not in it."""
     trace, found = walk(), demand()
     robot = RecordedRobot.of(trace)
     model, data = robot.model, robot.model.createData()
@@ -219,7 +217,6 @@ def test_demands_that_there_are_not_are_refused() -> None:
 
 
 def loaded(torque: np.ndarray, speed: np.ndarray, **more: object) -> hp.sizing.BatteryLoad:
-    """Return the load of the motor of 2 N m, 8 rad/s, 3 A at 12 V, not derated."""
     found = of_motion(torque, speed, cycle(), **more)
     return hp.motor_budget(found, record(), full()).battery
 

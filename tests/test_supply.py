@@ -154,7 +154,6 @@ def test_heat_cuts_the_torque_off() -> None:
 
 
 def test_a_walk_on_a_weak_pack() -> None:
-    """Sag weakens a walk; a case with a battery is read back; runs in lock-step are the same."""
     robot, gait = hp.load_robot("kharagpur"), hp.Gait.tripod(stroke=0.06, cycle_time=1.2)
     firmware = hp.drive.Firmware.dynamixel(850, temperature_limit=80.0)
     motor = hp.drive.identified_drive("MX-64").motor(12.6).warming(0.126)
@@ -180,7 +179,6 @@ def test_a_walk_on_a_weak_pack() -> None:
 
 
 def test_refusals() -> None:
-    """Batteries, drives and limits that make no sense."""
     with refused(ParameterError, "Battery.curve"):
         hp.drive.Battery(voltage=12.0, curve=((0.0, 0.8), (0.9, 1.0)))
     with refused(ParameterError, "Battery.lithium.cells", 0):
