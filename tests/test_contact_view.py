@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 import sys
 from collections.abc import Callable
@@ -15,7 +14,6 @@ from refusals import refused
 
 import hexapod_pin as hp
 from hexapod_pin.commands.contact_report import (
-    answer,
     examples,
     named_law,
     report,
@@ -54,19 +52,6 @@ def test_every_preset_and_kind_reports(name: str) -> None:
         for name, value in part.model_dump().items():
             shown = f"{value:.4g}" if isinstance(value, float) else str(value)
             assert (value if name == "kind" else f"{name} {shown}") in " ".join(text.split())
-
-
-def test_the_first_line_says_in_words_what_a_contact_does(contact) -> None:
-    """Rebound and hold are those that the laws are made for, with two digits at most."""
-    status, out, err = contact("accurate")
-    assert (status, err) == (0, "")
-    first = " ".join(out.split("\n\n")[0].split())
-    assert first.startswith("accurate: a foot rebounds with 0.3 of its speed; it holds 0.7 of the")
-    assert "without creep (by the law integrated over an impact of 0.5 kg at 0.1 m/s" in first
-    tanh = named_law("tanh-coulomb", ("mu=0.5", "slope=100"))
-    said = answer("tanh-coulomb", tanh, mass=0.5, speed=0.1)
-    creep = 1e3 * math.atanh(0.5) / 100.0
-    assert f"it holds 0.5 of the load on it sideways, creeping {creep:.2g} mm/s" in said
 
 
 def test_parameters_reach_the_law() -> None:

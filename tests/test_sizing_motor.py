@@ -193,16 +193,6 @@ def test_the_load_inertia_of_a_walk_is_what_inverse_dynamics_asks_for() -> None:
         assert found.load_inertia[joint] == pytest.approx(mean, rel=0.01)
 
 
-def test_cost_of_transport_is_that_of_the_torque_budget() -> None:
-    found, whole = demand(), hp.torque_budget(walk())
-    assert found.weight == pytest.approx(9.81 * (hp.load_robot("kharagpur").total_mass + 0.5))
-    x = np.interp(found.time[[0, -1]], walk().time, walk().q[:, 0])  # of two cycles
-    cost = found.positive_energy.sum() / (found.weight * (x[1] - x[0]) / 2)
-    assert found.cost_of_transport_positive == pytest.approx(cost, rel=2e-3)
-    assert found.cost_of_transport_positive == pytest.approx(whole.cost_of_transport_positive)
-    assert found.cost_of_transport == pytest.approx(whole.cost_of_transport)
-
-
 def test_demands_that_there_are_not_are_refused() -> None:
     none = np.zeros((3, 1))
     with refused(ParameterError, "JointDemand.time", 3), np.errstate(all="ignore"):
