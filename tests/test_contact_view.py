@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import sys
 from collections.abc import Callable
@@ -13,12 +14,8 @@ from contact_formulas import FRICTION, NORMAL
 from refusals import refused
 
 import hexapod_pin as hp
-from hexapod_pin.commands.contact_report import (
-    examples,
-    named_law,
-    report,
-    restitution_table,
-)
+from hexapod_pin.commands.contact_report import answer, examples, named_law, report
+from hexapod_pin.commands.contact_report import restitution_table as restitutions
 from hexapod_pin.errors import ParameterError
 from hexapod_pin.ground.contact.contact import PRESETS
 from hexapod_pin.ground.contact.restitution import DAMPING_RATIO
@@ -35,10 +32,10 @@ def test_the_table_of_restitution(contact) -> None:
     """In the documents and from the command, with the closed form; the script: test_studies.py."""
     status, out, err = contact("--restitution")
     assert (status, err) == (0, "")
-    assert out == restitution_table() + "\n"
+    assert out == restitutions() + "\n"
     assert all(name in out for name in DAMPING_RATIO)
-    assert restitution_table() in (ROOT / "docs" / "contact_laws.md").read_text(encoding="utf-8")
-    row = next(line for line in restitution_table().splitlines() if "flores" in line)
+    assert restitutions() in (ROOT / "docs" / "contact_laws.md").read_text(encoding="utf-8")
+    row = next(line for line in restitutions().splitlines() if "flores" in line)
     cells = [float(cell) for cell in re.findall(r"\d\.\d{4}", row)]
     assert cells == [0.0694, 0.1555, 0.2562, 0.4704, 0.6832, 0.7885, 0.8939, 0.9468]
 
@@ -63,6 +60,9 @@ def test_parameters_reach_the_law() -> None:
     text = report(law, mass=0.5, speed=0.1)
     assert "requested 0.2" in text
     assert text.count("0.1555") == 7  # this impact, the closed form, and five speeds
+    said = answer("tanh", named_law("tanh-coulomb", ["mu=0.5", "slope=100"]), mass=0.5, speed=0.1)
+    creep = 1e3 * math.atanh(0.5) / 100.0
+    assert f"it holds 0.5 of the load on it sideways, creeping {creep:.2g} mm/s" in said
     with refused(ParameterError, "accurate", "mu=1"):
         named_law("accurate", ["mu=1"])
 

@@ -16,28 +16,14 @@ from hexapod_pin.commands.app import app
 
 ROOT = Path(__file__).parents[1]
 FOLDERS = "hexapod_pin|tests|docs|scripts|examples|notebooks|urdf"
-PAGES = sorted(
-    page
-    for pattern in ("*.md", "docs/**/*.md", "examples/*.md", "urdf/*.md")
-    for page in ROOT.glob(pattern)
-)
-HAND_WRITTEN = [page for page in PAGES if page.stem not in ("hard_cases", "speed_against_error")]
-every_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+PATTERNS = ("*.md", "docs/**/*.md", "examples/*.md", "urdf/*.md")
+PAGES = sorted(page for pattern in PATTERNS for page in ROOT.glob(pattern))
+COMMANDS = frozenset(typer.main.get_group(app).commands)
 
 
 @cache
 def text_of(page: Path) -> str:
     return page.read_text(encoding="utf-8")
-
-
-@every_page
-def test_links_lead_somewhere(page: Path) -> None:
-    for target in re.findall(r"\]\(([^)\s]+)\)", text_of(page)):
-        if "://" not in target:
-            path, _, anchor = target.partition("#")
-            there = page.parent / path if path else page
-            assert there.exists(), target
-            assert not anchor or anchor in anchors(there), target
 
 
 @cache
@@ -47,22 +33,21 @@ def anchors(page: Path) -> set[str]:
     return {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
-@pytest.mark.parametrize("page", HAND_WRITTEN, ids=lambda page: page.stem)
-def test_paths_exist(page: Path) -> None:
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_links_paths_names_and_commands_exist(page: Path) -> None:
     """Paths from the top of the checkout, in back quotes; `<name>` stands for any name."""
-    for path in re.findall(rf"`((?:{FOLDERS})/[^`\s]*)`", text_of(page)):
-        if page.stem == "extending" and Path(path).stem == "heun":
-            continue  # the method that the page adds
+    text = text_of(page)
+    for target in re.findall(r"\]\(([^)\s]+)\)", text):
+        if "://" not in target:
+            path, _, anchor = target.partition("#")
+            there = page.parent / path if path else page
+            assert there.exists(), target
+            assert not anchor or anchor in anchors(there), target
+    for path in re.findall(rf"`((?:{FOLDERS})/[^`\s]*)`", text):
+        if page.stem in ("hard_cases", "speed_against_error") or Path(path).stem == "heun":
+            continue  # pages that a command wrote; the method that a page adds
         for one in re.sub(r"<\w+>", "*", path).split(","):
             assert next(ROOT.glob(one.rstrip("/")), None) or one.endswith("_core.pyi"), path
-
-
-COMMANDS = frozenset(typer.main.get_group(app).commands)
-
-
-@every_page
-def test_names_and_commands_exist(page: Path) -> None:
-    text = text_of(page)
     for name in re.findall(r"\bhp\.([A-Za-z_]\w*)", text):
         assert hasattr(hp, name), f"hp.{name}"
     for path in re.findall(r"`(hexapod_pin(?:\.\w+)+)", text):
@@ -92,9 +77,6 @@ def test_the_code_of_a_page_runs(page, tmp_path, monkeypatch):
         names = {"hp": hp, "trace": hp.simulate(scene, hp.HoldPosture(), duration=0.01)}
     for block in blocks(page):
         exec(compile(block, page.name, "exec"), names)
-
-
-"""Words of the hand-written pages at most, without tables and blocks."""
 
 
 def test_the_pages_are_short() -> None:

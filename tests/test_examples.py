@@ -22,7 +22,6 @@ EXAMPLES = sorted((ROOT / "examples").glob("*.py"))
 
 def example(name: str) -> ModuleType:
     spec = importlib.util.spec_from_file_location(name, ROOT / "examples" / f"{name}.py")
-    assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
@@ -112,9 +111,7 @@ def test_controllers(run) -> None:
 
 
 @pytest.mark.slow
-def test_uncertain_walk(
-    run, capsys: pytest.CaptureFixture[str], tmp_path_factory: pytest.TempPathFactory
-) -> None:
+def test_uncertain_walk(run, capsys, tmp_path_factory) -> None:
     """With a quarter of the samples of its file."""
     text = example("uncertain_walk").STUDY.read_text(encoding="utf-8")
     fewer = tmp_path_factory.mktemp("study") / "study.toml"

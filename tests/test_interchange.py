@@ -23,13 +23,7 @@ from typer.testing import CliRunner
 import hexapod_pin as hp
 from hexapod_pin.arrays import same_bits
 from hexapod_pin.commands.app import app
-from hexapod_pin.errors import (
-    JointRangeError,
-    NotRecordedError,
-    ParameterError,
-    TraceFileError,
-    UnknownNameError,
-)
+from hexapod_pin.errors import JointRangeError, NotRecordedError, ParameterError, TraceFileError
 from hexapod_pin.interchange.joint_samples import joint_samples
 from hexapod_pin.interchange.ros_messages import header, write_messages
 from hexapod_pin.interchange.servo_ticks import SERVOS, _mounts, _named
@@ -91,9 +85,7 @@ def test_what_is_read_back_is_what_was_written_to_the_bit(trace: hp.Trace, walk_
     assert verdict.status[0].level == 0 and verdict.status[0].message.startswith("kharagpur walks")
 
 
-def test_the_transforms_place_every_link_where_pinocchio_has_it(
-    trace: hp.Trace, walk_file: Path
-) -> None:
+def test_the_transforms_place_links_where_pinocchio_has_them(trace, walk_file: Path) -> None:
     found = messages(walk_file)
     model = RecordedRobot.of(trace).model
     still = {t.child_frame_id: t for _, m in found["/tf_static"] for t in m.transforms}
@@ -116,10 +108,8 @@ def test_the_transforms_place_every_link_where_pinocchio_has_it(
     links = [(k, f.name) for k, f in enumerate(model.frames) if f.type == pin.FrameType.BODY]
     for number, name in links:  # 1e-12: rounding of a few products of matrices
         assert np.allclose(place(name), data.oMf[number].homogeneous, atol=1e-12), name
-    for number, foot in enumerate(trace.foot_names):
-        there = place(f"{foot}_contact")
-        assert np.array_equal(there[:3, 3], trace.foot_position[k, number])
-        assert np.array_equal(there[:3, :3], np.eye(3))
+    feet = [place(f"{foot}_contact")[:3, 3] for foot in trace.foot_names]
+    assert np.array_equal(feet, trace.foot_position[k])
 
 
 @pytest.fixture(scope="module")
@@ -133,10 +123,8 @@ def test_groups_that_were_not_recorded_and_other_recordings(bare: hp.Trace, tmp_
     assert found.torque is None and found.foot_force is None and found.q_ref is None
     assert same_bits(found.q, bare.q) and found.foot_names == ()
     state = {"name": ["a"], "position": [0.5], "velocity": [], "effort": []}
-    sent = [
-        ("/joint_states", "sensor_msgs/JointState", t, {"header": header(t), **state})
-        for t in (1_500_000_000, 2_000_000_000)
-    ]
+    name, at = ("/joint_states", "sensor_msgs/JointState"), (1_500_000_000, 2_000_000_000)
+    sent = [(*name, t, {"header": header(t), **state}) for t in at]
     own = hp.interchange.read_mcap(write_messages(tmp_path / "own.mcap", sent))
     assert own.time.tolist() == [1.5, 2.0] and own.joint_position.tolist() == [[0.5], [0.5]]
     assert own.joint_velocity is None
@@ -260,11 +248,13 @@ def test_a_tick_that_there_is_not_is_refused(plan, bare: hp.Trace, tmp_path: Pat
     numbers = (4096, 2 * math.pi, 2048, 0, 4095)
     with refused(JointRangeError, quantity="rate", high=0.2):
         write(hp.interchange.BusServo("s", *numbers, speed_unit=1e-3, speed_most=200, source="t"))
-    with refused(UnknownNameError, kind="servo", name="MX-28(2.0)"):  # its register counts else
+    with refused(
+        hp.errors.UnknownNameError, kind="servo", name="MX-28(2.0)"
+    ):  # its register counts else
         _named("MX-28(2.0)")
     with refused(ParameterError, "write_servo_ticks.mounts[b].id", 4):
         _mounts(("a", "b"), {"a": mount(4), "b": mount(4)})
-    with refused(UnknownNameError, kind="joint", name="knee"):
+    with refused(hp.errors.UnknownNameError, kind="joint", name="knee"):
         write("dynamixel-x", mounts={"knee": mount(1)})
     with refused(ParameterError, "write_servo_ticks.duration", 0.5, about=("at least",)):
         hp.interchange.write_servo_ticks(plan, path, "dynamixel-x", duration=0.5)

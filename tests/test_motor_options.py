@@ -30,18 +30,14 @@ def test_walk_with_a_motor(run: Run, tmp_path: Path) -> None:
     assert (motor.stall_torque, motor.gear_ratio) == (4.1, 353.5)
 
 
-@pytest.mark.parametrize(
-    ("options", "text"),
-    [
+def test_refused(run: Run) -> None:
+    for options, text in (
         (("--motor", "AX-12A", "--voltage", "5"), "from 9 to 12 V"),
         (("--motor", "AX-12A", "--catalog", "none.csv"), "none.csv"),
         (("--voltage", "12"), "without --motor"),
-    ],
-)  # fmt: skip
-def test_refused(run: Run, options: tuple[str, ...], text: str) -> None:
-    done = run(*WALK, *options)
-    assert (done.status, done.left) == (2, [])
-    assert text in done.err
+    ):
+        done = run(*WALK, *options)
+        assert (done.status, done.left) == (2, []) and text in done.err
 
 
 def test_numbers_and_names() -> None:
@@ -108,9 +104,7 @@ OPTIONS = {
         ),
     ],
 )
-def test_arguments_become_options_where_the_command_has_them(
-    error: HexapodError, message: str
-) -> None:
+def test_arguments_become_options_where_the_command_has_them(error, message) -> None:
     assert message in in_options(error, OPTIONS)
     assert in_options(error, {}) == str(error)
 

