@@ -31,12 +31,10 @@ def full(**changes: float) -> Derating:
 
 
 def cycle(count: int = 2000, cycles: int = 1) -> Array:
-    """Return times of whole seconds, both ends included."""
     return np.linspace(0.0, float(cycles), count * cycles + 1)
 
 
 def of_motion(torque: Array, speed: Array, time: Array, **more: Any) -> hp.sizing.JointDemand:
-    """Return the demand of (T,) or (T, n) samples, one cycle a second."""
     columns = [np.reshape(x, (len(time), -1)) for x in (torque, speed)]
     return hp.sizing.JointDemand.of_samples(time, *columns, cycles=round(time[-1]), **more)
 
@@ -62,5 +60,4 @@ def walk() -> hp.Trace:
 
 @cache
 def demand() -> hp.sizing.JointDemand:
-    """Return what the walk demands."""
     return hp.sizing.joint_demand(walk())

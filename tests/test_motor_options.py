@@ -91,22 +91,17 @@ OPTIONS = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("error", "message"),
-    [
+def test_arguments_become_options_where_the_command_has_them() -> None:
+    turns = GaitError("at 2 rad/s. turn_rate can be at most 0.1 rad/s.", "turn_rate", 0.1)
+    for error, message in (
         (ParameterError("Gait.cycle_time", 0.0, "above 0"), "--cycle-time = 0.0: must be above 0."),
         (ParameterError("Payload.mass", -1.0, "at least 0"), "Payload.mass = -1.0:"),
         (HexapodError("try method='robust' or accuracy=1e-5"), "try --method robust or accuracy="),
         (HexapodError("again with record=['com', 'energy']."), "again with --record com,energy."),
-        (
-            GaitError("at 2 rad/s. turn_rate can be at most 0.1 rad/s.", "turn_rate", 0.1),
-            "at 2 rad/s. --turn-rate can be at most 5.73 degrees/s.",
-        ),
-    ],
-)
-def test_arguments_become_options_where_the_command_has_them(error, message) -> None:
-    assert message in in_options(error, OPTIONS)
-    assert in_options(error, {}) == str(error)
+        (turns, "at 2 rad/s. --turn-rate can be at most 5.73 degrees/s."),
+    ):
+        assert message in in_options(error, OPTIONS)
+        assert in_options(error, {}) == str(error)
 
 
 def test_a_command_and_python_name_the_same(tmp_path: Path, run: Run) -> None:

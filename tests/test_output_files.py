@@ -21,18 +21,9 @@ Run = Callable[..., SimpleNamespace]
 
 WALK = ("--duration", "0.02", "--quick", "--no-estimate")
 
-STUDY = """schema = 1
-name = "two walks"
-[base]
-robot = "kharagpur"
-duration = 10.0
-accuracy = 1e-3
-[[vary]]
-input = "mu"
-values = [0.5, 0.6]
-"""
-
-MOTORS = 'schema = 1\n[base]\nrobot = "kharagpur"\n[motors]\ncatalog = "m.csv"\n'
+BASE = 'schema = 1\nbase = {robot = "kharagpur", duration = 10.0, accuracy = 1e-3}\n'
+STUDY = BASE + 'vary = [{input = "mu", values = [0.5, 0.6]}]\n'
+MOTORS = 'schema = 1\nbase = {robot = "kharagpur"}\nmotors = {catalog = "m.csv"}\n'
 
 
 @pytest.fixture(scope="module")

@@ -1,4 +1,4 @@
-"""The report of a motor selection: its content, that it is safe, whole and repeatable."""
+"""The report of a motor selection: safe, whole and repeatable; what notebooks show."""
 
 from __future__ import annotations
 
@@ -9,29 +9,26 @@ import os
 import re
 import sys
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from refusals import refused
 
-import hexapod_pin
+import hexapod_pin as hp
 
 pytest.importorskip("matplotlib")
 
 from hexapod_pin.drive.catalog import MotorRecord
 from hexapod_pin.drive.catalog.motor_record import Derating
-from hexapod_pin.errors import ParameterError, TraceFileError
+from hexapod_pin.errors import NotRecordedError, ParameterError, TraceFileError, UnknownNameError
 from hexapod_pin.results.motor_candidate import KindUse, MotorCandidate, WalkRun
 from hexapod_pin.results.motor_selection import Confidence, MotorSelection
-from hexapod_pin.results.sizing import JointDemand, motor_budget
-from hexapod_pin.results.sizing.battery import battery_current
-from hexapod_pin.results.sizing.motors import Motors
+from hexapod_pin.results.sizing import JointDemand
 from hexapod_pin.view.report import Header, Table
 from hexapod_pin.view.selection_report import selection_blocks, write_selection_report
-from hexapod_pin.view.selection_tables import (
-    verdict_level,
-    verdict_word,
-)
+from hexapod_pin.view.selection_tables import verdict_level, verdict_word
+from tests.synthetic import synthetic_trace, with_run
 
 COMMAND = "hexapod-pin select 'my robot' --voltage 12"
 KINDS = ("coxa", "femur")
@@ -123,7 +120,7 @@ def test_a_page_holds_its_figures_and_refers_to_nothing_else(page, tmp_path):
     shown = html.unescape(re.sub("<[^>]*>", "", text))
     for wanted in (
         "Motor selection: <b>robot</b>", '<script>alert("1")</script> & $x_2$', "2020-02-02",
-        COMMAND, f"hexapod-pin {hexapod_pin.__version__}",
+        COMMAND, f"hexapod-pin {hp.__version__}",
     ):  # fmt: skip
         assert wanted in shown
     again = write_selection_report(page[0], tmp_path / "b.html", date="2020-02-02", command=COMMAND)
@@ -172,14 +169,6 @@ def test_no_motor_that_passes_and_an_interrupted_run():
         assert text in texts(s)
 
 
-def test_current_of_the_figure_has_the_budgets_peak_and_mean():
-    need, motor = demand(), record("M1")
-    current = battery_current(need, Motors.of(KINDS, motor, Derating()))
-    battery = motor_budget(need, motor).battery
-    assert current.max() == pytest.approx(battery.current_peak, rel=1e-12)
-    assert need.weights @ current == pytest.approx(battery.current_mean, rel=1e-12)
-
-
 def test_errors_are_typed_and_leave_no_file(tmp_path):
     nowhere = tmp_path / "nowhere" / "motors.html"
     with refused(TraceFileError, about=(str(nowhere), os.strerror(errno.ENOENT))):
@@ -198,3 +187,81 @@ def test_the_ranking_is_printed_where_nothing_can_draw_a_report(run, monkeypatch
     assert "no report: matplotlib is not installed" in done.err and done.left == []
     done = run("select", "kharagpur", "--quick", "--html", "motors.html")
     assert done.status == 2 and "matplotlib" in done.err
+
+
+# notebooks ----------------------------------------------------------------------------------------
+
+
+CELLS = {
+    "robot": "import hexapod_pin as hp\nrobot = hp.load_robot('kharagpur')\nrobot",
+    "scene": "scene = hp.Scene(robot, terrain=hp.Slope(angle=0.05))\nscene",
+    "trace": "gait = hp.Gait.tripod(stroke=0.1, cycle_time=0.6)\n"
+             "trace = hp.simulate(scene, hp.KinematicControl(gait), duration=2.6, accuracy=1e-3)\n"
+             "trace",
+    "budget": "hp.torque_budget(trace)",
+    "torque": "trace.plot('torque')",
+    "forces": "trace.plot.foot_forces(legs=['lf', 'rr'], between=(1.0, 2.0))",
+    "com": "trace.plot.com()",
+}  # fmt: skip
+
+
+def plain(page: str) -> str:
+    return html.unescape(re.sub("<[^>]*>", "", page))
+
+
+@pytest.fixture(scope="module")
+def shown() -> dict[str, dict[str, Any]]:
+    shells = pytest.importorskip("IPython.core.interactiveshell").InteractiveShell
+    shell = shells.instance()
+    found = {}
+    try:
+        for name, cell in CELLS.items():
+            done = shell.run_cell(cell)
+            done.raise_error()
+            found[name], _ = shell.display_formatter.format(done.result)
+        found["objects"] = dict(shell.user_ns)
+    finally:
+        shells.clear_instance()
+    return found
+
+
+def test_a_notebook_shows_robot_scene_trace_and_figures(shown: dict) -> None:
+    trace = shown["objects"]["trace"]
+    for name, says in (
+        ("robot", "rf_tibia"), ("scene", "kharagpur"), ("trace", f"{len(trace.time)} samples"),
+    ):  # fmt: skip
+        page = shown[name]["text/html"]
+        assert says in plain(page) and "text/plain" in shown[name]
+        ((_, frame),) = re.findall(r"""<iframe[^>]*srcdoc=(["'])(.*?)\1""", page, re.DOTALL)
+        assert html.unescape(frame).startswith("<!DOCTYPE html>") and "MeshCat" in frame
+        assert "http-equiv" in frame  # forbids itself the network
+    for kind in hp.torque_budget(trace).kinds:
+        for text in (kind.peak.joint, f"{kind.peak.torque_peak_time:.4g}"):
+            assert text in plain(shown["budget"]["text/html"])
+    for name in ("torque", "forces", "com"):
+        assert shown[name]["image/png"][:4] in (b"\x89PNG", "iVBO")
+    (axes,) = (one for one in trace.plot.torque(legs=["rr"]).axes if one.lines)
+    (line,) = (one for one in axes.lines if one.get_label() == "femur")
+    assert (line.get_ydata() == trace.torque[:, trace.joint("rr_femur_joint")]).all()
+    assert (line.get_xdata() == trace.time).all() and axes.get_ylabel() == "torque [N m]"
+
+
+def test_figures_refuse_what_they_cannot_draw(shown: dict) -> None:
+    trace = shown["objects"]["trace"]
+    with refused(UnknownNameError, about=("torques", "torque")):
+        trace.plot("torques")
+    with refused(NotRecordedError, "slip_speed"):
+        trace.plot.slip()
+    with refused(ParameterError, "between"):
+        trace.plot.torque(between=(2.0, 1.0))
+
+
+def test_a_selection_is_a_table_and_hostile_names_are_escaped() -> None:
+    page = selection(robot_name="<i>six</i>", confidence=None)._repr_html_()
+    assert "M1 at 12 V" in plain(page) and page.count("<table") >= 2
+    assert "<i>" not in page
+
+
+def test_what_cannot_be_drawn_says_why() -> None:
+    page = with_run(synthetic_trace(duration=0.1), urdf=None)._repr_html_()
+    assert "<iframe" not in page and "No playback" in page

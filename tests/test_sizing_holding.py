@@ -21,11 +21,7 @@ REACH = 0.3  # of a leg from hinge to foot, m
 
 
 def table(places: list[tuple[float, float]], center: tuple[float, float]) -> tuple:
-    """Return model and feet of a trunk of 10 kg on massless legs that point along +x.
-
-    Each is hinged about +y at its place less the reach: a foot force F needs the torque that keeps
-    the leg from turning up, F times the reach about y.
-    """
+    """Return model and feet of a trunk of 10 kg on massless legs hinged about +y, along +x."""
     text = (
         f'<robot name="table"><link name="base"><inertial><origin xyz="{center[0]} {center[1]} 0"/>'
         '<mass value="10"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
@@ -51,11 +47,7 @@ def holding(model: pin.Model, feet: list, *supports: list[bool], tilt: float = 0
 
 @pytest.mark.parametrize("turn", [0.0, 1.1])
 def test_three_feet_by_hand(turn: float) -> None:
-    """Feet at (1, 0), (0, 1), (0, 0), centre at (0.2, 0.3): forces 0.2, 0.3, 0.5 of the weight.
-
-    The joint at rest gives tau = -d(potential): the leg pressed up turns about -y, so the motor
-    gives a positive torque about y, force times reach.
-    """
+    """Forces 0.2, 0.3, 0.5 of the weight; a leg pressed up turns about -y: tau is positive."""
     model, feet = table([(1.0, 0.0), (0.0, 1.0), (0.0, 0.0)], (0.2, 0.3))
     found = holding(model, feet, [True] * 3, tilt=turn)
     share = np.array([0.2, 0.3, 0.5]) * WEIGHT

@@ -22,21 +22,15 @@ def use(torque: float, speed: float, **derating: float) -> hp.sizing.MotorUse:
     return hp.motor_budget(found, record(), full(**derating)).joints[0]
 
 
-@pytest.mark.parametrize(
-    ("torque", "speed", "allowed"),
-    [
-        (-1.0, -4.0, 1.0),  # drives: the line falls
-        (1.0, -4.0, 3.0),  # brakes: the line rises
-        (-1.0, 4.0, 3.0),
-        (0.5, 7.0, 0.25),
-    ],
-)
-def test_the_line_in_all_quadrants(torque: float, speed: float, allowed: float) -> None:
-    """T0 - T0 v / v0 in the torque's own direction."""
-    row = use(torque, speed)
-    assert row.peak_use == pytest.approx(abs(torque) / allowed, rel=1e-12)
-    assert row.margin == pytest.approx(allowed - abs(torque), rel=1e-12)
-    assert row.outside_share == pytest.approx(float(abs(torque) > allowed))
+def test_the_line_in_all_quadrants() -> None:
+    """T0 - T0 v / v0 in the torque's own direction: it falls where the motor drives."""
+    for torque, speed, allowed in (
+        (-1.0, -4.0, 1.0), (1.0, -4.0, 3.0), (-1.0, 4.0, 3.0), (0.5, 7.0, 0.25),
+    ):  # fmt: skip
+        row = use(torque, speed)
+        assert row.peak_use == pytest.approx(abs(torque) / allowed, rel=1e-12)
+        assert row.margin == pytest.approx(allowed - abs(torque), rel=1e-12)
+        assert row.outside_share == pytest.approx(float(abs(torque) > allowed))
 
 
 def test_beyond_the_no_load_speed_it_can_only_brake() -> None:
@@ -53,7 +47,7 @@ def test_derating_lowers_line_speed_and_lasting_torque() -> None:
     assert row.peak_use == pytest.approx(1.0 / (0.8 * (0.9 * 2.0 - 2.0 * 4.0 / 8.0)))
     assert row.speed_use == pytest.approx(4.0 / (0.9 * 8.0))
     assert row.continuous_use == pytest.approx(1.0 / 0.5)
-    assert set(row.failures) == {"peak_use", "continuous_use"} and len(row.reasons) == 2
+    assert set(row.failures) == {"peak_use", "continuous_use"}
     rated = hp.motor_budget(pure_inertia(0.02), record(rated_torque=0.8), full()).joints[0]
     rms = 0.02 * 0.5 * OMEGA**2 / np.sqrt(2)
     assert rated.rated_use == pytest.approx(rms / 0.8)  # shown, and decides nothing
@@ -161,10 +155,7 @@ def test_a_swinging_inertia_has_its_closed_form() -> None:
 
 
 def test_moving_rms_of_a_pulse() -> None:
-    """Torques 1 and -3 for a fifth of the time: the lag rises to (1 - e^-a) / (1 - e^-b).
-
-    a = 0.2 s / constant, b = 1 s / constant; the pulse's ramps last one sample of 1/20000 s.
-    """
+    """1 for a fifth of a second: the lag rises to (1 - e^-0.2/T) / (1 - e^-1/T); ramps 50 us."""
     time = cycle(20000)
     torque = np.outer(time < 0.2, [1.0, -3.0])
     found = of_motion(torque, 0.0 * torque, time)
@@ -279,10 +270,7 @@ def test_a_pack_sags_by_the_current_of_all_motors_together() -> None:
 
 
 def test_a_pack_that_cannot_give_the_power_says_so() -> None:
-    """R P above U0^2 / 4: at half the voltage it gives most; a resistance that is none is refused.
-
-    Standby currents load it too: 3 motors of 0.4 A at rest, 12 V - 1.2 A x 2 ohm.
-    """
+    """R P above U0^2 / 4: at half the voltage it gives most; standby currents load it too."""
     ones = np.ones((11, 1))
     found = of_motion(1.0 * ones, 4.0 * ones, cycle(10))
     load = hp.motor_budget(found, record(), full(), pack_resistance=3.0).battery

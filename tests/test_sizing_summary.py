@@ -25,12 +25,7 @@ def fed(time: np.ndarray, rate: np.ndarray, torque: np.ndarray, limit: np.ndarra
 
 
 def test_sinusoids_have_their_closed_forms() -> None:
-    """V = a sin, tau = b cos + c sin: RMS v' = a w / sqrt(2), mean of tau v' = a b w / 2.
-
-    Steps are uneven, 0.6 to 1.4 ms; cycles begin and end between two states. Differences of a sine
-    over a step h lose (w h)^2 / 24 of it, 6e-6; the piece of a step cut at a cycle's edge loses
-    more, in one step of 1000.
-    """
+    """V = a sin, tau = b cos + c sin; differences over a step h lose (w h)^2 / 24, 6e-6."""
     time = np.cumsum(np.random.default_rng(1).uniform(0.6e-3, 1.4e-3, 4400))
     a, b, c, w = np.array([0.8, 2.0]), np.array([0.5, -3.0]), np.array([0.7, 0.2]), 2.0 * np.pi
     phase = w * time[:, None]
@@ -55,10 +50,7 @@ def test_the_use_of_a_limit_is_taken_in_the_same_state() -> None:
 
 
 def test_they_agree_with_samples_at_every_accepted_step() -> None:
-    """The use against the line of the motor, written as its two inequalities; to rounding.
-
-    As for `at_limit`, a braking motor is compared with its stall torque, though it could give more.
-    """
+    """As for `at_limit`, a braking motor is compared with its stall torque."""
     robot = hp.load_robot("kharagpur")
     motor = hp.Motor(stall_torque=3.0, no_load_speed=8.0, voltage_ratio=0.9)
     servo = hp.Servo(**hp.Servo.for_robot(robot).model_dump() | {"motor": motor})

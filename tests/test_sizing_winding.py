@@ -110,9 +110,8 @@ def test_the_step_response_of_two_bodies_and_their_magnets() -> None:
 
 def test_assumed_constants_scale_with_the_mass_and_their_spread_reaches_the_verdict() -> None:
     """1.5 and 2 K/W at 1 kg; a motor of 1/8 kg has four times that, and half the time constants."""
-    one, eighth = assumed_constants(1.0), assumed_constants(0.125)
-    assert one == pytest.approx((1.5, 2.0, 22.5, 1600.0))
-    assert eighth == pytest.approx((6.0, 8.0, 11.25, 800.0))
+    assert assumed_constants(1.0) == pytest.approx((1.5, 2.0, 22.5, 1600.0))
+    assert assumed_constants(0.125) == pytest.approx((6.0, 8.0, 11.25, 800.0))
     time = cycle(100)
 
     def row(torque: float, **more: object) -> hp.sizing.MotorUse:
@@ -136,8 +135,5 @@ def test_a_published_limit_gives_the_lasting_torque_of_any_maker() -> None:
     warm = dataclasses.replace(MOTOR, magnet=MAGNET)
     assert warm.lasting(torque**2) == pytest.approx(85.0, rel=1e-9)  # 1 A per N m
     assert lasting_torque_of(record(rated_torque=0.3), full(continuous=0.2)) == pytest.approx(0.4)
-
-
-def test_an_hour_of_nothing_is_refused() -> None:
     with pytest.raises(ParameterError, match="duration"):
         hp.sizing.walking_heat(demand(), record(), duration=0.0)
