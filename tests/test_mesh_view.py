@@ -96,8 +96,7 @@ def test_what_is_drawn_of_meshes_that_are_not_there(tmp_path: Path) -> None:
     finder = ResourceFinder(tmp_path / "r.urdf")
     assert len(mesh_visuals(urdf(visual("a.stl") + collision), finder)[0]) == 1
     found, [note] = mesh_visuals(urdf(visual("lost.stl") + collision), finder)
-    assert [part.link for part in found] == ["part"]
-    assert "lost.stl" in note and "collides" in note
+    assert [part.link for part in found] == ["part"] and "lost.stl" in note and "collides" in note
     sphere = '<visual><geometry><sphere radius="1"/></geometry></visual>'
     found, [note] = mesh_visuals(urdf(visual("lost.stl") + sphere + collision), finder)
     assert not found and "collides" not in note
