@@ -45,7 +45,7 @@ from hexapod_pin.benchmark.work_precision.scenes import (
     find_task,
     tripod_setpoints,
 )
-from hexapod_pin.benchmark.work_precision.task import Task, set_points
+from hexapod_pin.benchmark.work_precision.task import Task, held_task, set_points
 from hexapod_pin.errors import ParameterError, SimulationInterrupted, UnknownNameError
 from hexapod_pin.validation.machine import Machine
 from hexapod_pin.validation.position_error import PositionError
@@ -374,6 +374,16 @@ def test_walk_starts_10_mm_above_the_ground_with_100_held_set_points():
         for row, kind, angle in angles:
             k = robot.joint_index(f"{leg}_{kind}_joint")
             assert row[k] - robot.posture[k] == pytest.approx(angle, abs=1e-15)
+
+
+def test_a_gait_is_held_from_sample_to_sample_for_all_engines():
+    options = SceneOptions(gait="tripod", cycle_time=0.8, stroke=0.05, duration=0.3)
+    task = find_task("kharagpur", options)
+    plan = task.controller.plan(task.scene.robot, 0.3)
+    rows = np.round(plan.time / 0.01).astype(int)
+    knots = np.isclose(plan.time, 0.01 * rows) & (rows < 30)
+    assert knots.sum() > 10
+    assert set_points(held_task(task))[rows[knots]] == pytest.approx(plan.q[knots], abs=1e-9)
 
 
 def test_what_a_scene_does_not_take_is_refused(tmp_path: Path):

@@ -201,7 +201,7 @@ def test_what_is_missing_is_said_with_what_to_record(motion, tmp_path: Path) -> 
         with refused(NotRecordedError, name, record=[group], about=(f"--record {group}`",)):
             getattr(motion, array)
     again = hp.load_trace(motion.save(tmp_path / "walk.nc"))
-    assert again == motion and again.recorded == ("motion",)
+    assert again == motion and again.recorded == ("motion",) and "recorded motion" in repr(again)
 
 
 def test_a_choice_is_part_of_the_case(walk: hp.Case) -> None:

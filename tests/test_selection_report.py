@@ -27,7 +27,7 @@ from hexapod_pin.results.motor_selection import Confidence, MotorSelection
 from hexapod_pin.results.sizing import JointDemand
 from hexapod_pin.view.report import Header, Table
 from hexapod_pin.view.selection_report import selection_blocks, write_selection_report
-from hexapod_pin.view.selection_tables import verdict_level, verdict_word
+from hexapod_pin.view.selection_tables import use_text, verdict_level, verdict_word
 from tests.synthetic import synthetic_trace, with_run
 
 COMMAND = "hexapod-pin select 'my robot' --voltage 12"
@@ -160,6 +160,7 @@ def test_what_is_unknown_says_so_and_nothing_is_nan():
     ):  # fmt: skip
         assert text in found, text
     assert not re.search(r"\b(nan|NaN|None|inf)\b", found)
+    assert [use_text(x) for x in (0.9988, 1.0004, 1.0)] == ["0.999", "1.0004", "1.00"]
 
 
 def test_no_motor_that_passes_and_an_interrupted_run():
