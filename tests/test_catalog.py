@@ -29,7 +29,6 @@ def test_rows_of_the_catalogue() -> None:
 
 
 def test_flaws_of_rows_are_reported() -> None:
-    """Eight rows imply an efficiency above one; others lack speed or mass."""
     assert sum(any("inconsistent" in flag for flag in record.flags) for record in CATALOG) == 8
     worst = CATALOG.get("XC430-W150", 12.0)
     assert worst.implied_efficiency == pytest.approx(1.6 / 1.4 * 11.1003 / 12, rel=1e-12)

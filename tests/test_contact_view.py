@@ -82,12 +82,9 @@ def test_figure_shows_what_the_law_has(contact, tmp_path: Path) -> None:
 def test_without_matplotlib_the_numbers_are_still_printed(contact, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     status, out, err = contact("s1")
-    assert (status, list(tmp_path.iterdir())) == (0, [])
-    assert "restitution    " in out
-    assert "hexapod-pin[plot]" in err
+    assert status == 0 and "restitution    " in out and "hexapod-pin[plot]" in err
     status, out, err = contact("s1", "--out", "law.png")
-    assert (status, out, list(tmp_path.iterdir())) == (2, "", [])
-    assert "hexapod-pin[plot]" in err
+    assert (status, out, list(tmp_path.iterdir())) == (2, "", []) and "hexapod-pin[plot]" in err
 
 
 def test_refusal_is_one_message_with_status_2(contact, tmp_path):

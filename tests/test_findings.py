@@ -128,7 +128,6 @@ def floor(root: ET.Element) -> None:
 
 
 def lengths(factor: float) -> Break:
-    """Write all lengths but the feet's in another unit."""
     return both(
         scale("joint", "origin", "xyz", factor), scale("link", "inertial/origin", "xyz", factor),
         scale("link", "visual/origin", "xyz", factor),

@@ -72,9 +72,8 @@ CONFIDENCE = Confidence(
 
 
 def selection(**changes: object) -> MotorSelection:
-    ranked = tuple(
-        candidate(record(model), peak) for model, peak in (("M1", 0.8), ("M2", 0.6), ("M3", 1.7))
-    )
+    peaks = {"M1": 0.8, "M2": 0.6, "M3": 1.7}
+    ranked = tuple(candidate(record(model), peak) for model, peak in peaks.items())
     given = {
         "robot_name": "six legs", "total_mass": 3.0, "contained": 0.06, "walks": WALKS,
         "candidates": ranked, "unusable": (("M9 at 6 V", "no mass is known"),), "choice": ranked[0],
@@ -136,7 +135,6 @@ def test_a_low_confidence_and_two_voltages_do_not_look_like_a_pass():
 
 
 def test_everything_an_auditor_asks_for_is_there():
-    """1 - 0.8 is a margin of 20 %, set by the femur's peak torque in the second walk."""
     found = texts(selection())
     for text in (
         "PASSES", "Choice: M1 at 12 V. They carry every joint on all 2 walks",

@@ -70,8 +70,7 @@ def test_the_best_gear_ratio_of_a_pure_inertia_matches_inertias() -> None:
 def test_the_best_gear_ratio_beside_a_weight_and_below_the_speed_limit() -> None:
     """A = J^2 a^2 / 2 + M^2, C = J_m^2 a^2 / 2; a fast joint leaves no more than its speed."""
     slow, weight = pure_inertia(0.02, 0.05), 0.3
-    torque = slow.torque + weight
-    found = hp.sizing.JointDemand.of_samples(slow.time, torque, slow.speed)
+    found = hp.sizing.JointDemand.of_samples(slow.time, slow.torque + weight, slow.speed)
     row = hp.motor_budget(found, record(), full()).joints[0]
     mean = (0.05 * OMEGA**2) ** 2 / 2.0
     ratio = ((0.02**2 * mean + weight**2) / (1e-12 * mean)) ** 0.25
