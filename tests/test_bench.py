@@ -63,7 +63,6 @@ def row(value: float, error: float, wall: float, **rest) -> BenchmarkRow:
 
 
 def test_distance_is_the_largest_of_place_turn_and_joints():
-    """The turn is that of the relative rotation, and knows both signs."""
     moved = STILL.copy()
     moved[1, :3] += (3e-3, 4e-3, 0.0)
     found = PositionError.between(moved, STILL)
@@ -76,7 +75,6 @@ def test_distance_is_the_largest_of_place_turn_and_joints():
 
 
 def test_a_level_counts_only_if_every_tighter_setting_meets_it():
-    """Refused settings are no part of a sweep; a ratio is our time over the best other one."""
     own = [row(1e-2, 5e-5, 1.0), row(1e-3, 2e-4, 2.0), row(1e-4, 3e-5, 4.0), row(1e-5, 9e-6, 3.0)]
     assert cheapest(own, 1e-4).value == 1e-5  # 1e-2 met it by chance; 1e-5 is cheaper than 1e-4
     assert cheapest(own, 1e-3).value == 1e-2
@@ -226,7 +224,6 @@ WALK = replace(built_in("walk"), duration=0.06)
 
 
 def test_advised_run_keeps_the_error_it_predicts():
-    """The cheapest of what was good enough."""
     advice, task = advise_on(WALK, 1e-3), WALK
     trace = hp.simulate(
         task.scene, task.controller, duration=task.duration, sample=task.sample,

@@ -112,7 +112,6 @@ def test_controllers(run) -> None:
 
 @pytest.mark.slow
 def test_uncertain_walk(run, capsys, tmp_path_factory) -> None:
-    """With a quarter of the samples of its file."""
     text = example("uncertain_walk").STUDY.read_text(encoding="utf-8")
     fewer = tmp_path_factory.mktemp("study") / "study.toml"
     fewer.write_text(text.replace("samples = 16", "samples = 4"), encoding="utf-8")

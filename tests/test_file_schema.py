@@ -205,7 +205,6 @@ def test_what_is_missing_is_said_with_what_to_record(motion, tmp_path: Path) -> 
 
 
 def test_a_choice_is_part_of_the_case(walk: hp.Case) -> None:
-    """Cases that name nothing stay as they were; one that names everything is one of them."""
     plain, some, every = (
         hp.Case(walk.scene, walk.controller, duration=1.0, record=groups)
         for groups in (None, ["energy", "torque"], ALL)

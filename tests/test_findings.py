@@ -166,7 +166,6 @@ ALONE: dict[str, tuple[Break, str, str]] = {
 
 
 def test_all_at_once_in_one_pass() -> None:
-    """More than forty kinds; a fault of one kind hides none of another."""
     kinds = {kind for _, kind, _ in [*TOGETHER.values(), *ALONE.values()]}
     assert len(kinds) >= 41
     assert find_all(parse_urdf(SOUND.encode(), "sound"), NoMeshes()) == []

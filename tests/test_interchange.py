@@ -34,7 +34,6 @@ GAIT = hp.Gait.tripod(stroke=0.06, cycle_time=0.8)
 
 @pytest.fixture(scope="module")
 def trace() -> hp.Trace:
-    """A walk that stops, as early as it can, so that a robot's controller takes its set-points."""
     scene, control = hp.Scene(hp.load_robot("kharagpur")), hp.KinematicControl(GAIT, stop_at=2.64)
     return hp.simulate(scene, control, duration=2.7, sample=0.01, accuracy=1e-3)
 

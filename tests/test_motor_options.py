@@ -19,7 +19,6 @@ WALK = ("walk", "kharagpur", "--duration", "0.1", "--accuracy", "1e-2", "--no-ht
 
 
 def test_walk_with_a_motor(run: Run, tmp_path: Path) -> None:
-    """13 V on the row of 12 V are 13/12 of stall torque and no-load speed."""
     done = run(
         *WALK, "--full", "--save-case", "case.toml", "--motor", "XM430-W350", "--voltage", "13"
     )

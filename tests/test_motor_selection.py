@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 import numpy as np
+import pinocchio as pin
 import pytest
 from refusals import refused
 
@@ -13,7 +14,7 @@ import hexapod_pin as hp
 from hexapod_pin.drive.catalog import load_catalog
 from hexapod_pin.results.motor_candidate import MotorCandidate
 from hexapod_pin.results.motor_selection import write_selection_csv
-from hexapod_pin.study.selection.motor_cases import MOTOR_SHARE, assumed_motor_mass, mass_loads
+from hexapod_pin.study.selection import motor_cases
 from hexapod_pin.study.selection.motor_study import MotorChoice, candidates
 from hexapod_pin.text_table import WIDTH
 
@@ -160,18 +161,28 @@ def test_what_is_wrong_is_named():
 @pytest.mark.parametrize(("name", "mass"), [("kharagpur", 0.0167), ("athena", 0.185)])
 def test_the_robot_is_heavier_by_the_difference(name, mass):
     robot = hp.load_robot(name)
-    contained = assumed_motor_mass(robot)
-    np.testing.assert_allclose(18 * contained, MOTOR_SHARE * robot.total_mass)
+    contained = motor_cases.assumed_motor_mass(robot)
+    np.testing.assert_allclose(18 * contained, motor_cases.MOTOR_SHARE * robot.total_mass)
     masses = {"coxa": mass, "femur": 1.1 * mass, "tibia": mass}
-    loads, notes = mass_loads(robot, masses, contained)
+    loads, notes = motor_cases.mass_loads(robot, masses, contained)
     total = hp.Scene(robot, loads=loads).total_mass
     wanted = robot.total_mass + 18 * (mass - contained) + 6 * 0.1 * mass
     np.testing.assert_allclose(total, wanted, rtol=1e-12)
     assert all("scaled down" in note for note in notes)
 
 
+def test_a_motor_sits_on_the_axis_of_its_joint():
+    robot = hp.load_robot("athena")
+    model, data = robot.model, robot.model.createData()
+    pin.framesForwardKinematics(model, data, robot.stand().q)
+    for place in motor_cases.motor_places(robot):
+        links = (model.getFrameId(n, pin.FrameType.BODY) for n in (place.moved, place.carrier))
+        moved, carrier = (data.oMf[k] for k in links)
+        np.testing.assert_allclose(carrier.act(place.position), moved.translation, atol=1e-14)
+
+
 def test_masses_that_no_link_has_are_refused():
     robot = hp.load_robot("kharagpur")
     less, trunk = pytest.approx(6 * 0.29), ("base_link", "0")
     with refused(hp.errors.ParameterError, "motor_mass", less, allowed=(1.281,), about=trunk):
-        mass_loads(robot, dict.fromkeys(("coxa", "femur", "tibia"), 0.01), 0.3)
+        motor_cases.mass_loads(robot, dict.fromkeys(("coxa", "femur", "tibia"), 0.01), 0.3)

@@ -157,7 +157,6 @@ def test_a_page_is_left_where_the_trace_is_refused(inputs: dict[str, bytes], run
 
 
 def test_too_little_room_is_refused_before_the_run(tmp_path: Path, monkeypatch) -> None:
-    """The sum of what goes to one disk counts; a run that fits is never refused."""
     case = hp.Case(hp.Scene(hp.load_robot("kharagpur")), hp.HoldPosture(), duration=2.0)
     trace = case.run()
     files = (trace.save(tmp_path / "a.nc"), hp.view.write_html(trace, tmp_path / "a.html"))

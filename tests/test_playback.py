@@ -85,7 +85,6 @@ def test_the_page_is_whole_and_loads_nothing(page: str) -> None:
 
 
 def test_every_sample_is_in_the_page(page: str, trace: Trace) -> None:
-    """At the resolution stated, which without a known error is the coarsest."""
     data = PageData(page)
     for name, values in {
         "time": trace.time[:, None], "place": trace.q[:, :3], "turn": trace.q[:, 3:7],
@@ -180,7 +179,6 @@ def test_the_tree_is_pinocchios_forward_kinematics(page: str, trace: Trace) -> N
 
 
 def test_a_body_carries_its_visuals(page: str) -> None:
-    """The trunk is the URDF's box with its colour; its cylinders lie along z, three.js' along y."""
     data = PageData(page)
     [trunk] = data.shapes("root_joint")
     size = [trunk[key] for key in ("width", "height", "depth")]

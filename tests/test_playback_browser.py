@@ -60,7 +60,6 @@ def page(browser: Any, text: str, tmp_path_factory: pytest.TempPathFactory) -> I
 
 
 def test_values_shown_are_those_of_the_trace(page: Any, trace: Trace) -> None:
-    """At the link's time and joint, then of samples in any order; the limit by the motor's line."""
     state = settled(page)
     assert state["time"] == pytest.approx(5.554) and not state["playing"]
     motor, share, j = load_catalog().get("AX-12A"), Derating(), trace.joint("rr_femur_joint")
