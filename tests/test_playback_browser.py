@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import html
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -174,6 +175,90 @@ def test_keys_move_through_time(page: Any) -> None:
     page.wait_for_function("playback.state.time > 0.05")
     press("Space")
     assert not settled(page)["playing"]
+
+
+def test_a_click_on_a_link_or_a_leg_selects_its_joint(page: Any, trace: Trace) -> None:
+    """The link's centre on the screen is where the picture has it."""
+    page.evaluate("playback.camera('above'); playback.seek(0.0)")
+    settled(page)
+    page.evaluate("playback.viewer.camera.updateMatrixWorld()")
+    j = trace.joint("lm_tibia_joint")
+    x, y = page.evaluate(
+        """(j) => {
+        const body = playback.actors[0].bodies.find((b) => b.joint === j);
+        const place = body.parts[0].mesh.getWorldPosition(new MeshCat.THREE.Vector3());
+        const {x, y} = place.project(playback.viewer.camera);
+        const box = document.getElementById("view").getBoundingClientRect();
+        return [box.left + (0.5 + 0.5 * x) * box.width, box.top + (0.5 - 0.5 * y) * box.height];
+        }""", j,
+    )  # fmt: skip
+    page.mouse.click(x, y)
+    assert trace.joint_names[settled(page)["joint"]].startswith("lm_")
+    page.locator(".panel", has_text="Torque").locator(".keys span", has_text="rf ").first.click()
+    assert trace.joint_names[settled(page)["joint"]].startswith("rf_")
+    page.wait_for_function("location.hash.includes('joint=rf_')")
+    page.evaluate("playback.camera('follow')")
+
+
+def test_a_drag_zooms_all_plots_and_a_double_click_shows_all(page: Any) -> None:
+    settled(page)
+    canvas = page.locator(".panel canvas").first
+    canvas.scroll_into_view_if_needed()
+    box = canvas.bounding_box()
+    page.mouse.move(box["x"] + 150, box["y"] + 40)
+    page.mouse.down()
+    page.mouse.move(box["x"] + 250, box["y"] + 40, steps=4)
+    page.mouse.up()
+    state = settled(page)
+    wide = box["width"] - 48  # left of the axis, right of the curves
+    assert state["from"] == pytest.approx(10.0 * 106 / wide, abs=0.05)
+    assert state["to"] == pytest.approx(10.0 * 206 / wide, abs=0.05)
+    canvas.dblclick()
+    state = settled(page)
+    assert (state["from"], state["to"]) == (0.0, 10.0)
+    bar = page.locator("#bar").bounding_box()
+    page.mouse.click(bar["x"] + 0.5 * bar["width"], bar["y"] + 0.5 * bar["height"])
+    assert settled(page)["time"] == pytest.approx(5.0, abs=0.2)
+
+
+def test_two_fingers_zoom_all_plots(browser: Any, text: str, tmp_path: Path) -> None:
+    """The times under the fingers stay there; a tap seeks."""
+    path = tmp_path / "walk.html"
+    path.write_text(text)
+    context = browser.new_context(
+        viewport={"width": 390, "height": 640}, has_touch=True, is_mobile=True
+    )
+    page = opened(context, path, "#t=1", size=None)
+    settled(page)
+    canvas = page.locator(".panel canvas").first
+    canvas.evaluate("(one) => scrollBy(0, one.getBoundingClientRect().top - 480)")
+    box, touch = canvas.bounding_box(), context.new_cdp_session(page).send
+    left, y, wide = box["x"] + 44, box["y"] + 30, box["width"] - 48
+
+    def fingers(kind: str, *shares: float) -> None:
+        """Put, move or lift fingers at shares of the axis."""
+        places = [{"x": left + share * wide, "y": y, "id": k} for k, share in enumerate(shares)]
+        touch("Input.dispatchTouchEvent", {"type": f"touch{kind}", "touchPoints": places})
+
+    fingers("Start", 0.4)
+    fingers("Start", 0.4, 0.6)
+    for step in (0.05, 0.1, 0.15, 0.2):
+        fingers("Move", 0.4 - step, 0.6 + step)
+    fingers("End")
+    state = settled(page)  # 4 s and 6 s stand at 0.2 and 0.8 of the axis
+    assert (state["from"], state["to"]) == pytest.approx((10 / 3, 20 / 3), abs=0.05)
+    assert state["time"] == 1.0
+    for step in (0.1, 0.2):  # back again
+        fingers("Start" if step == 0.1 else "Move", 0.1 + step, 0.9 - step)
+    fingers("End")
+    state = settled(page)
+    assert state["to"] - state["from"] > 5.0
+    page.evaluate("playback.zoom(0, 10)")
+    fingers("Start", 0.5)
+    fingers("End")
+    assert settled(page)["time"] == pytest.approx(5.0, abs=0.05)
+    assert not page.faults
+    context.close()
 
 
 def test_a_telephone_and_a_notebook_show_it(browser, text, trace, tmp_path) -> None:

@@ -84,7 +84,7 @@ def test_everything_at_once() -> None:
 
 
 @pytest.mark.parametrize("names", [
-    ("no inertial", "ixx below 0", "two roots", "a joint twice", "a link twice", "material twice",
+    ("no inertial", "triangle", "two roots", "a joint twice", "a link twice", "material twice",
      "planar", "mimic"), ("millimetres",)], ids=str)  # fmt: skip
 def test_other_parsers_open_it(names: tuple[str, ...]) -> None:
     """yourdfpy, Pinocchio and MuJoCo read the repaired text with one total mass."""
