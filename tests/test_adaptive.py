@@ -36,7 +36,7 @@ def test_samples_do_not_change_a_single_run(method: str) -> None:
     np.testing.assert_allclose(parts, coarse.foot_impulse[1:], rtol=0.0, atol=1e-14)
 
 
-def swinging_link(accuracy: float) -> hp.Trace:
+def swinging_link(**settings: float | str) -> hp.Trace:
     """A link of 2e-3 kg m^2 on a servo of 2 N m/rad and 0.01 N m s, in empty space; 1 ms."""
     robot = vehicles.heavy_leg(upper=1.0)
     servo = hp.Servo(kp=2.0, kd=0.01, limited=False)
@@ -45,21 +45,33 @@ def swinging_link(accuracy: float) -> hp.Trace:
     q[2], q[-1] = q[2] + 10.0, 0.3
     start = robot.check_state(q, np.zeros(robot.model.nv))
     return hp.simulate(
-        scene, hp.HoldPosture(np.zeros(3)), duration=0.5, sample=1e-3, initial=start,
-        method="extrapolated-euler", accuracy=accuracy, estimate=False,
-    )  # fmt: skip
+        scene, hp.HoldPosture(np.zeros(3)), duration=0.5, sample=1e-3, initial=start, **settings
+    )
+
+
+def exact_angle(t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return angle and rate of the damped oscillation."""
+    decay, frequency = 2.5, np.sqrt(1000.0 - 2.5**2)
+    damped, phase = 0.3 * np.exp(-decay * t), frequency * t
+    angle = damped * (np.cos(phase) + decay / frequency * np.sin(phase))
+    return angle, -damped * 1000.0 / frequency * np.sin(phase)
+
+
+@pytest.mark.parametrize(("method", "order"), [("rk4", 4), ("implicit-euler", 1), ("robust", 1)])
+def test_a_method_of_fixed_steps_converges_at_its_order(method: str, order: int) -> None:
+    errors = []
+    for step in (1e-3, 5e-4):
+        run = swinging_link(method=method, step=step)
+        errors.append(np.abs(run.q[:, -1] - exact_angle(run.time)[0]).max())
+    assert np.log2(errors[0] / errors[1]) == pytest.approx(order, abs=0.1)
 
 
 def test_samples_between_steps_have_the_order_of_the_method() -> None:
     """A damped oscillation, whose exact solution is known, at samples shorter than the steps."""
-    decay, frequency = 2.5, np.sqrt(1000.0 - 2.5**2)
     errors, steps = [], []
     for accuracy in (1e-5, 1e-6):
-        run = swinging_link(accuracy)
-        t, damped = run.time, 0.3 * np.exp(-decay * run.time)
-        sine, cosine = np.sin(frequency * t), np.cos(frequency * t)
-        angle = damped * (cosine + decay / frequency * sine)
-        rate = -damped * 1000.0 / frequency * sine
+        run = swinging_link(method="extrapolated-euler", accuracy=accuracy, estimate=False)
+        angle, rate = exact_angle(run.time)
         errors.append(np.abs(run.q[:, -1] - angle).max())
         assert errors[-1] < 1.5 * accuracy
         assert np.abs(run.v[:, -1] - rate).max() < 1.5 * 32.0 * accuracy
