@@ -84,6 +84,7 @@ def test_cost_of_transport_of_a_known_walk() -> None:
     assert budget.cost_of_transport_positive < budget.cost_of_transport
     budget = torque_budget(swinging(travel_direction=[-1.0, 0.0]))
     assert budget.distance == pytest.approx(-0.1) and budget.cost_of_transport is None
+    assert "does not move forward" in budget.table()
 
 
 @pytest.mark.parametrize("side", [0.0, 2.0])
@@ -194,3 +195,4 @@ def test_turning_on_the_spot_has_energy_per_yaw_and_no_cost_of_transport() -> No
     assert budget.turn == pytest.approx(math.radians(15.0), rel=1e-9)
     expected = budget.absolute_energy / math.radians(15.0)
     assert budget.energy_per_radian == pytest.approx(expected, rel=1e-9)
+    assert "15 deg, 100.0 % of the gait's 15" in budget.table()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 import xml.etree.ElementTree as ET
 
 from broken_urdfs import (
@@ -20,7 +21,7 @@ from broken_urdfs import (
 )
 
 from hexapod_pin.robot.description.urdf_file import parse_urdf
-from hexapod_pin.robot.repair import find_all, folded
+from hexapod_pin.robot.repair import find_all, folded, repair_urdf
 from hexapod_pin.robot.repair.finding import finding_lines
 
 MESH = '<visual><geometry><mesh filename="package://none/a.stl"/></geometry></visual>'
@@ -193,3 +194,28 @@ def test_oddities_of_the_text_are_read_and_reported() -> None:
     found = find_all(parse_urdf(text.encode(), "x"), None)
     values = {x.value for x in found if x.what == "unbound prefix"}
     assert values == {"prefix 'gazebo'", "prefix 'xacro'"}
+
+
+JUNK = ["", "nan", "inf", "-1", "0", "1e308", "-1e308", "1e-320", "x", "0 0", "0 0 0", "1 2 3 4",
+        "base_link", "lf_coxa", "revolute", "prismatic", "floating", "{x}", "\u00b5"]  # fmt: skip
+
+
+def test_odd_attributes_are_no_traceback() -> None:
+    """Attributes set to junk, elements dropped and doubled, are found and repaired without one."""
+    for seed in range(24):
+        rng, root = random.Random(seed), parse_urdf(SOUND.encode(), "x").root
+        for _ in range(rng.randint(1, 30)):
+            parents = [x for x in root.iter() if len(x)]
+            parent = rng.choice(parents)
+            child = rng.choice(list(parent))
+            action = rng.random()
+            if action < 0.1:
+                parent.remove(child)
+            elif action < 0.2:
+                parent.append(child)
+            elif child.attrib:
+                child.set(rng.choice(list(child.attrib)), rng.choice(JUNK))
+        file = parse_urdf(ET.tostring(root), f"seed {seed}")
+        find_all(file, NoMeshes())
+        if seed % 4 == 0:
+            find_all(repair_urdf(file, NoMeshes()).file, NoMeshes())

@@ -266,6 +266,8 @@ def test_a_pack_sags_by_the_current_of_all_motors_together() -> None:
     assert row.peak_use == pytest.approx(0.8 / (2.0 * (volts / 12.0 - 0.5)))
     assert row.speed_use == pytest.approx(4.0 / (8.0 * volts / 12.0))
     assert hp.motor_budget(found, record(), full()).passes and not budget.passes
+    assert "lowest voltage at the motors" in budget.table()
+    assert load.sag_line.startswith(f"battery: {volts:.3g} V at least of 12 V, ")
 
 
 def test_a_pack_that_cannot_give_the_power_says_so() -> None:

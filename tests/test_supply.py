@@ -170,6 +170,8 @@ def test_a_walk_on_a_weak_pack() -> None:
 def test_refusals() -> None:
     with refused(ParameterError, "Battery.curve"):
         hp.drive.Battery(voltage=12.0, curve=((0.0, 0.8), (0.9, 1.0)))
+    with refused(ParameterError, "Battery.curve", about=("do not fall",)):
+        hp.drive.Battery(voltage=12.0, curve=((0.0, 0.8), (0.5, 0.7), (1.0, 1.0)))
     with refused(ParameterError, "Battery.lithium.cells", 0):
         hp.drive.Battery.lithium(0, 2.0, 0.1)
     with refused(ParameterError, "FirmwareControl.heat", False):

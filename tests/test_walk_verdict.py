@@ -230,3 +230,14 @@ def test_torques_of_a_run_of_large_error_are_not_to_be_trusted(monkeypatch) -> N
     said = f"NOT to be trusted: the run's own error is {error:.0%} of the largest torque"
     assert said in answer.headline
     assert "--repair" not in "\n".join([*answer.lines(), answer.verdict.line])
+
+
+def test_a_push_by_a_torque_has_no_force_in_words() -> None:
+    """Such a push tips the robot over; no number of newtons describes it."""
+    push = hp.Push("base_link", torque=(40.0, 0.0, 0.0), start=0.5, duration=0.3)
+    scene = hp.Scene(hp.load_robot("kharagpur"), loads=(push,))
+    trace = hp.simulate(scene, hp.KinematicControl(hp.Gait.tripod()), duration=2.0, estimate=False)
+    verdict = hp.walk_verdict(trace)
+    assert not verdict.walks and verdict.fall is not None
+    assert verdict.cause.startswith("a push by a torque, threw it ")
+    assert " 0 N" not in verdict.line + verdict.advice
