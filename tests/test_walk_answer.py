@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import sys
 from pathlib import Path
@@ -17,7 +18,7 @@ from hexapod_pin.ground.terrain import Ramp
 from hexapod_pin.results.ground_obstacle import find_obstacle
 from hexapod_pin.results.sizing import joint_demand, motor_budget
 from hexapod_pin.results.sizing.ranking import lightest_motors
-from hexapod_pin.results.walk_answer import rounded, walk_answer
+from hexapod_pin.results.walk_answer import _failed, rounded, walk_answer
 from hexapod_pin.results.walk_verdict import cautions
 from hexapod_pin.robot.loading.load_options import LoadOptions
 from hexapod_pin.text_table import WIDTH
@@ -247,3 +248,9 @@ def test_a_centre_of_mass_is_outside_its_feet_where_that_lasts(monkeypatch) -> N
         monkeypatch.setattr(sys.modules[walk_answer.__module__], "stability", lambda _, s=steady: s)
         found.append(sys.modules[walk_answer.__module__]._margin(None))
     assert found == [0.03, 0.05, -0.4]
+
+
+def test_a_motor_that_is_to_drive_faster_than_it_turns_has_no_number_for_its_peak() -> None:
+    """It read "femur peak inf"."""
+    found = SimpleNamespace(failures=("peak_use", "speed_use"), peak_use=math.inf, speed_use=1.07)
+    assert _failed(found) == ["beyond the no-load speed", "speed 1.07"]  # type: ignore[arg-type]

@@ -296,10 +296,13 @@ def motor_failure(motor: MotorBudget) -> str:
 
 
 def _failed(row: MotorUse) -> list[str]:
-    """Return what of a kind is above what is allowed, as needs over it, the largest first."""
+    """Return what of a kind is above what is allowed, as needs over it, the largest first.
+
+    Where a motor is to drive faster than it turns without a load, nothing is allowed.
+    """
     uses = {name: float(getattr(row, name)) for name in row.failures}
     texts = [
-        f"{NEED_WORDS[name]} {use:.2f}"
+        f"{NEED_WORDS[name]} {use:.2f}" if math.isfinite(use) else "beyond the no-load speed"
         for name, use in sorted(uses.items(), key=lambda item: -item[1])
         if name in NEED_WORDS
     ]
