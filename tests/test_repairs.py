@@ -83,6 +83,14 @@ def test_everything_at_once() -> None:
     assert left <= NO_REPAIR
 
 
+def test_a_limit_assumed_for_one_leg_becomes_that_of_the_others() -> None:
+    """Two heavy legs let the limit that is assumed for one joint be 45 N m."""
+    done = repaired(TOGETHER["13.8 kg on two"][0], TOGETHER["no limit"][0])
+    assert any(text.endswith("effort None -> 45 N m") for text in done.changes)
+    assert done.changes[-1].endswith("effort 45 -> 6 N m")
+    assert repair_urdf(done.file, NoMeshes()).changes == ()
+
+
 @pytest.mark.parametrize("names", [
     ("no inertial", "triangle", "two roots", "a joint twice", "a link twice", "material twice",
      "planar", "mimic"), ("millimetres",)], ids=str)  # fmt: skip

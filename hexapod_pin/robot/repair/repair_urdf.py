@@ -39,7 +39,8 @@ STEPS_OF_A_SIZE: tuple[Step, ...] = (repair_unlike, repair_masses, repair_inerti
 """What needs a robot of a possible size: masses need lengths, limits need masses."""
 
 MOST_ROUNDS = 5
-"""A repair can show a further fault: a joint made fixed leaves a tree without moved ones."""
+"""A repair can show a further fault: a joint made fixed leaves a tree without moved ones, a torque
+limit assumed for one leg is unlike those of the others."""
 
 Moments = tuple[float, float, float]
 
@@ -93,15 +94,9 @@ def repair_urdf(
         options: numbers of the user; None assumes what is missing.
     """
     draft = Draft(file, finder, options or RepairOptions())
-    for _ in range(MOST_ROUNDS):
-        before = draft.changes
-        for step in STEPS:
-            step(draft)
-        if draft.changes == before:
-            break
+    _repeat(STEPS, draft)
     if draft.measures.plausible_size:
-        for step in STEPS_OF_A_SIZE:
-            step(draft)
+        _repeat(STEPS_OF_A_SIZE, draft)
     repair_statement(draft)
     if not draft.changes:
         return Repaired(file, (), (), masses(file, file), tuple(draft.notes))
@@ -111,6 +106,15 @@ def repair_urdf(
     return Repaired(
         repaired, draft.changes, draft.assumed, masses(file, repaired), tuple(draft.notes)
     )
+
+
+def _repeat(steps: Sequence[Step], draft: Draft) -> None:
+    for _ in range(MOST_ROUNDS):
+        before = draft.changes
+        for step in steps:
+            step(draft)
+        if draft.changes == before:
+            break
 
 
 def masses(before: UrdfFile, after: UrdfFile) -> tuple[MassRow, ...]:
