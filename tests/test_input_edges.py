@@ -68,6 +68,7 @@ def changed(data: Any, path: tuple[Any, ...], value: Any) -> Any:
         (("loads", 0, "mass"), DROPPED, "loads[0].mass"), (("servo",), DROPPED, "scene.servo"),
         (("gravitation",), [0.0, 0.0, 0.0], "scene.gravitation"),
         (("robot", "foot_radius"), [0.01, 0.02], "robot.foot_radius"),
+        (("robot", "foot_radius"), [], "load_robot.foot_radius"),
     ],
 )  # fmt: skip
 def test_a_scene_names_what_is_wrong(path: tuple[Any, ...], value: Any, name: str) -> None:
