@@ -179,7 +179,7 @@ def test_friction_that_drops_where_a_foot_breaks_away_asks_for_a_finer_second_ru
     ("seed", "index", "method", "accuracy", "once"),
     [
         (79040025, 47, "ndf", 1e-7, "coarse and fine runs off alike: x2.3"),
-        (841333962, 299, "x3", 1e-3, "two loose runs wrong alike about what slides: x6.5"),
+        (841333962, 299, "x3", 1e-3, "two loose runs equally wrong about what slides: x6.5"),
         (760322070, 372, "x3", 1e-4, "a foot leaves and is back within a step: x2.2"),
         (123352390, 229, "x3", 1e-4, "a body without joints that barely leaves: x2.6"),
         (352663886, 335, "x3", 1e-4, "a foot comes to rest, sticks or just not: x3.4"),
@@ -196,7 +196,7 @@ def test_scenes_that_were_once_missed_without_a_word(seed, index, method, accura
 
 
 def test_runs_that_go_the_same_wrong_way_on_a_ramps_edge_are_found_out() -> None:
-    """Errors grow 170-fold in 5 ms until a foot takes its neighbours' load: x4.4 without a word."""
+    """Errors grow 160-fold in 5 ms until a foot takes its neighbours' load: x4.4 without a word."""
     run = draw_scene(2611291241, 121).run(method="ndf", accuracy=1e-3)
     assert not run.accuracy_kept and run.counters["runs"] == 4
 

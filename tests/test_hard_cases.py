@@ -25,7 +25,7 @@ SLOW_TRIALS = [
 ]
 
 
-def told(results: list[CaseResult]) -> str:
+def failures_of(results: list[CaseResult]) -> str:
     failed = [result for result in results if result.failed]
     return "\n".join(f"{r.what}: {r.error:.1e}, {r.method} {r.note}" for r in failed)
 
@@ -34,7 +34,7 @@ def told(results: list[CaseResult]) -> str:
 def test_hard_case(case: HardCase) -> None:
     results = run_cases([case], quick=True)
     assert results
-    assert not told(results)
+    assert not failures_of(results)
 
 
 @pytest.mark.slow
@@ -43,7 +43,7 @@ def test_slow_trial_of_a_hard_case(case: str, trial: Trial) -> None:
     one = replace(trial, settings=trial.settings[-1:], full_only=(), variants=trial.variants[:1])
     results = list(one.results(case, quick=False))
     assert results
-    assert not told(results)
+    assert not failures_of(results)
 
 
 def test_every_case_of_the_catalogue_is_registered_once() -> None:

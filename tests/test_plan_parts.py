@@ -176,7 +176,7 @@ def test_a_gait_is_checked_once_for_equal_robots(monkeypatch: pytest.MonkeyPatch
 
 
 def test_an_interrupted_plan_of_a_command_leaves_nothing(run: Run, monkeypatch) -> None:
-    """A walk that does not repeat, planned in blocks of a tenth of a second; its share is told."""
+    """A walk that does not repeat, planned in blocks of 0.1 s; its share is reported."""
     monkeypatch.setattr(walk_knots, "BLOCK_KNOTS", 10)
     body = hp.motion.BodyMotion(lateral=hp.motion.Sine(amplitude=0.002, period=3.1))
     control = KinematicControl(Gait.tetrapod(stroke=0.05, cycle_time=2.4), body=body)

@@ -240,6 +240,7 @@ def test_mass_and_density_as_given() -> None:
     dense = repaired(gone, density=1000.0).file
     assert dense.link_by_name["rr_coxa"].mass == pytest.approx(1e3 * 0.0835 * 0.045**2, rel=1e-8)
     assert "--density is not used" in repaired(density=1000.0).notes[0]
+    (_,) = repaired(TOGETHER["no limit"][0], density=1000.0).notes  # once, in two rounds of repair
     with refused(ParameterError, "RepairOptions.mass", -1.0):
         RepairOptions(mass=-1.0)
 

@@ -271,7 +271,7 @@ def test_damage_of_any_kind_is_refused_named_or_run_again(
     monkeypatch.setattr(
         runner_module, "case_outcomes", lambda _, wanted, __: (outcomes[k] for k in wanted)
     )
-    told = repaired = 0
+    named = repaired = 0
     for statement in DAMAGES:
         done.write_bytes(whole.path.read_bytes())
         if not _damage(done, statement, forged=forged):
@@ -281,14 +281,14 @@ def test_damage_of_any_kind_is_refused_named_or_run_again(
             assert found.dataset is not None
             if not forged:
                 _require_right(found, whole)
-                told += DAMAGED in {*found.dataset["reason"].values}
+                named += DAMAGED in {*found.dataset["reason"].values}
         with contextlib.suppress(SweepStoreError):
             again = run_sweep(STUDY, done, resume=True)
             assert again.columns is not None
             if not forged:
                 require_same_bits(again.dataset, whole.dataset)
                 repaired += 1
-    assert forged or (repaired > 20 and told > 10)
+    assert forged or (repaired > 20 and named > 10)
 
 
 def test_tables_of_another_make_are_refused(done: Path) -> None:

@@ -54,11 +54,13 @@ def test_ishigami() -> None:
         assert (ends[:, 1] >= np.subtract(value, 0.01)).all()
     assert found.order == (0, 1, 2)
     few = study(samples=256)
-    told = uncertainty(few, {"y": ishigami(inputs_of(few))}, "y", 5.0)
-    wide, text = told.indices.total_interval, told.table()
+    result = uncertainty(few, {"y": ishigami(inputs_of(few))}, "y", 5.0)
+    wide, text = result.indices.total_interval, result.table()
     assert np.array_equal(wide, sobol_indices(ishigami(inputs_of(few)), NAMES).total_interval)
-    assert all(name in text for name in (*NAMES, "p95", "Sobol indices of passing", told.sentence))
-    assert told.to_dict()["indices"]["inputs"] == list(NAMES)
+    assert all(
+        name in text for name in (*NAMES, "p95", "Sobol indices of passing", result.sentence)
+    )
+    assert result.to_dict()["indices"]["inputs"] == list(NAMES)
     assert 2.5 < np.ptp(wide, axis=1)[0] / np.ptp(found.total_interval, axis=1)[0] < 6.0
 
 
@@ -135,7 +137,7 @@ def test_cases_that_failed_do_not_pass() -> None:
             "passes with 75 % confidence (95 % interval 67 to 82 %, 128 walks); "
             f"32 of them failed or fell, counted as not passing; {found.pass_indices.text}"
         )
-    # the interval of all passing ends below 100 %; the input that moves the quantity is told
+    # the interval of all passing ends below 100 %; the input that moves the quantity is named
     found = uncertainty(of, {"y": inputs_of(of) @ [0.0, 2.0, 0.1]}, "y", 9.0)
     assert found.sentence.startswith(
         "passes with 100 % confidence (95 % interval 97 to 100 %, 128 walks); turn rate decides y"

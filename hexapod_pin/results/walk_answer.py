@@ -298,11 +298,14 @@ def motor_failure(motor: MotorBudget) -> str:
 def _failed(row: MotorUse) -> list[str]:
     """Return what of a kind is above what is allowed, as needs over it, the largest first.
 
-    Where a motor is to drive faster than it turns without a load, nothing is allowed.
+    A motor that is to drive faster than it turns without a load has no torque for its peak.
     """
     uses = {name: float(getattr(row, name)) for name in row.failures}
+    fast = uses.get("peak_use") == math.inf
     texts = [
-        f"{NEED_WORDS[name]} {use:.2f}" if math.isfinite(use) else "beyond the no-load speed"
+        "beyond the no-load speed"
+        if fast and name == "peak_use"
+        else f"{NEED_WORDS[name]} {use:.2f}"
         for name, use in sorted(uses.items(), key=lambda item: -item[1])
         if name in NEED_WORDS
     ]

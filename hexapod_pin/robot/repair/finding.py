@@ -160,6 +160,11 @@ class Draft:
         if assumed:
             self._assumed.setdefault(assumed, []).append(where)
 
+    def note(self, text: str) -> None:
+        """Keep a sentence, once however often it is said."""
+        if text not in self.notes:
+            self.notes.append(text)
+
     def drop(self, elements: Iterable[ET.Element]) -> None:
         """Remove links, joints or materials of the robot."""
         for element in elements:

@@ -119,7 +119,7 @@ def _give_masses(draft: Draft) -> None:
     drawn, bare = _without_mass(measures)
     if not drawn and not bare:
         if draft.options.density is not None:
-            draft.notes.append("--density is not used: every moved body has a mass")
+            draft.note("--density is not used: every moved body has a mass")
         return
     shares = _shares(draft, measures, drawn, bare)
     given = draft.options.density is not None or draft.options.mass is not None
